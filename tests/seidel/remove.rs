@@ -227,6 +227,31 @@ fn maps_have_confidence_and_noise_gain() {
     }
 }
 
+/// The colours of the sharp image differ by a factor only, so that fringes are what else differs on the plate.
+#[test]
+fn only_chroma_takes_fringes_off_and_does_not_sharpen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_test_files(folder, 0.001);
+    removed(folder, "clean.exr", "--only-chroma");
+    let of = |name: &str, channel: &str, shade: f32| -> Vec<f32> {
+        let samples = on_plate(&folder.join(name), channel);
+        samples.iter().map(|v| v / shade).collect()
+    };
+    let apart = |name: &str| decibels(&of(name, "R", 1.0), &of(name, "B", 0.6));
+    let (before, after) = (apart("plate.exr"), apart("clean.exr"));
+    assert!(after > before + 4.0, "{before} {after}");
+    assert_eq!(of("clean.exr", "G", 0.8), of("plate.exr", "G", 0.8));
+    let line = format!("remove @plate.exr -o @x.exr {LENS} --only-chroma --residual @r.exr");
+    let outcome = seidel_in(folder, &line);
+    assert_eq!(outcome.status, 2);
+    assert!(
+        outcome.stderr.contains("--only-chroma"),
+        "{}",
+        outcome.stderr
+    );
+}
+
 /// No image is this sharp after the lens's blur.
 #[test]
 fn a_lens_that_does_not_explain_the_plate_is_reported() {

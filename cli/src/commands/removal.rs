@@ -191,6 +191,11 @@ impl<'a> Removal<'a> {
         Ok(removed)
     }
 
+    /// Shows the progress of a removal of colour fringes.
+    pub(super) fn show_match_progress(&self, index: usize, share: f64) -> bool {
+        self.run.show_progress(index, share)
+    }
+
     /// Shows the progress of a render of the result.
     pub(super) fn show_render_progress(&self, index: usize, share: f64) -> bool {
         let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;

@@ -33,6 +33,11 @@ pub struct RemoveArgs {
     /// Grain of the sharp image
     #[arg(long, value_enum, help_heading = "Look", default_value_t = GrainChoice::Keep)]
     grain: GrainChoice,
+    /// Take off colour fringes only: give each colour the blur of the colour whose blur is of middle size
+    ///
+    /// Lateral and axial colour go; the plate does not become sharper. The lens is not checked.
+    #[arg(long, help_heading = "Look", conflicts_with_all = ["residual", "confidence", "noise_gain", "grain", "lens_check"])]
+    only_chroma: bool,
     /// Write the plate's own pixels only
     ///
     /// Otherwise the data window of an EXR written from EXR grows by the light found beyond the plate's edges. `seidel

@@ -68,6 +68,30 @@ impl Job<'_> {
         Ok(output_format(&self.removal.frame(index).output)?)
     }
 
+    /// Puts the planes without colour fringes into `plate`.
+    fn put_matched(
+        &self,
+        index: usize,
+        loaded: &LoadedPlate,
+        plate: &mut Plate,
+    ) -> Result<(), CommandError> {
+        let progress = |share| self.removal.show_match_progress(index, share);
+        let mut planes = (loaded.prepared)
+            .match_colours(&progress)
+            .map_err(|e| loaded.in_file(e))?;
+        let strength = self.args.strength as f32;
+        for (plane, before) in planes.iter_mut().zip(loaded.prepared.planes()) {
+            for (sample, before) in plane.iter_mut().zip(before) {
+                *sample = if strength < 1.0 {
+                    before + strength * (*sample - before)
+                } else {
+                    *sample
+                };
+            }
+        }
+        loaded.put_planes(plate, planes)
+    }
+
     /// Puts the sharp planes into `plate`, with the light found beyond its edges if an EXR is written as EXR.
     fn put_sharp(
         &self,
@@ -144,6 +168,8 @@ impl FrameWork for Job<'_> {
         if loaded.is_neutral() || self.args.strength == 0.0 {
             loaded.put_unchanged(&mut plate)?;
             (loaded.warnings).push("at --amount 0 or --strength 0 the plate stays as it is".into());
+        } else if self.args.only_chroma {
+            self.put_matched(index, &loaded, &mut plate)?;
         } else {
             let noise_gain = if self.args.noise_gain.is_some() {
                 NoiseGain::Measure
@@ -170,6 +196,9 @@ impl FrameWork for Job<'_> {
         }
         let mut record = (self.removal.reader).record(&loaded.lens, &loaded.plate)?;
         record.push(setting("strength", self.args.strength));
+        if self.args.only_chroma {
+            record.push(setting("only_chroma", true));
+        }
         Ok(FinishedFrame {
             plate,
             record,

@@ -80,7 +80,7 @@ pub(crate) fn measure(
     rounds: usize,
 ) -> Result<Measurement> {
     eprintln!("{name} {noise}");
-    let plate = with_noise(blurred, noise);
+    let plate = with_noise(blurred, noise, 0);
     let fast = Gather::default();
     let blur = |samples: &[f32]| fast.render(scene, &plane(samples), &|_| true);
     let deconvolver = Deconvolver::default();
@@ -111,21 +111,21 @@ pub(crate) fn measure(
     })
 }
 
-fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<f64> {
+pub(crate) fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<f64> {
     let start = Instant::now();
     work()?;
     Ok(start.elapsed().as_secs_f64())
 }
 
-fn median(mut times: Vec<f64>) -> f64 {
+pub(crate) fn median(mut times: Vec<f64>) -> f64 {
     times.sort_by(f64::total_cmp);
     let middle = times.len() / 2;
     times.get(middle).copied().unwrap_or(f64::NAN)
 }
 
 /// Adds Gaussian noise, the same on every machine (a linear congruential generator and Box-Muller).
-fn with_noise(samples: &[f32], deviation: f64) -> Vec<f32> {
-    let mut state = 12345_u64;
+pub(crate) fn with_noise(samples: &[f32], deviation: f64, seed: u64) -> Vec<f32> {
+    let mut state = 12345_u64 + seed;
     let mut uniform = || {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -140,7 +140,7 @@ fn with_noise(samples: &[f32], deviation: f64) -> Vec<f32> {
 }
 
 /// Returns the peak signal-to-noise ratio for a peak of one within the border, dB.
-fn psnr_db(found: &[f32], truth: &[f32]) -> f64 {
+pub(crate) fn psnr_db(found: &[f32], truth: &[f32]) -> f64 {
     let inside = BORDER..SIDE - BORDER;
     let (mut squares, mut count) = (0.0, 0);
     for row in inside.clone() {

@@ -6,6 +6,8 @@
 //! - `--images DIR`: pictures, NAME.f32 files of 512 x 512 samples (0 to 1, linear, little-endian, row-major), by default
 //!   a synthetic one;
 //! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
+//! - `--scenes`: measures ringing in drawn scenes instead, for each treatment of lights;
+//! - `--fringes`: measures colour fringes instead, before and after they are taken off alone;
 //! - `--rounds N`: timings of each case, by default 3;
 //! - `--out DIR`: writes plates, results and the lens's kernels for competitors (`peers.py` runs all of this on
 //!   photographs).
@@ -14,6 +16,7 @@
 //! output is Markdown: see `docs/background/remove.md`.
 
 mod case;
+mod fringes;
 mod kernels;
 #[path = "../render/lenses.rs"]
 mod lenses;
@@ -22,6 +25,8 @@ mod machine;
 mod pictures;
 #[path = "../render/plate.rs"]
 mod plate;
+mod ringing;
+mod scenes;
 
 use case::{Measurement, measure};
 use std::path::PathBuf;
@@ -36,6 +41,8 @@ struct Options {
     out: Option<PathBuf>,
     rounds: usize,
     noises: Vec<f64>,
+    scenes: bool,
+    fringes: bool,
 }
 
 impl Options {
@@ -50,6 +57,8 @@ impl Options {
             images: after("--images").map(PathBuf::from),
             out: after("--out").map(PathBuf::from),
             rounds: after("--rounds").map_or(Ok(3), |n| n.parse())?,
+            scenes: arguments.iter().any(|a| a == "--scenes"),
+            fringes: arguments.iter().any(|a| a == "--fringes"),
             noises: noises
                 .split(',')
                 .map(str::parse)
@@ -67,6 +76,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = case::scene(&lens);
     if let Some(folder) = &options.out {
         kernels::write(&scene, &folder.join("kernels.f32"))?;
+    }
+    if options.scenes {
+        ringing::print(&scene, options.rounds)?;
+        return Ok(());
+    }
+    if options.fringes {
+        let pictures = pictures::all(options.images.as_deref())?;
+        fringes::print(&pictures, &options.noises, options.rounds)?;
+        return Ok(());
     }
     println!("{}", Measurement::head());
     for (name, truth) in pictures::all(options.images.as_deref())? {

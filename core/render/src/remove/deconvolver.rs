@@ -2,22 +2,21 @@
 
 use super::admm::{Problem, TextureStep, solve};
 use super::hole_filling::fill_holes;
-use super::lens_operator::{Accuracy, LensOperator};
-use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
-use super::{Canvas, Highlights, Saturation, ramp};
+use super::separation::{PlateInputs, Separated};
+use super::{Canvas, Highlights, Saturation};
 use crate::{Plane, Scene};
 use rayon::prelude::*;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, Result};
 
 /// Relative error of lens and operator: it counts as noise.
-const MODEL_ERROR: f64 = 2e-3;
-/// Light from clipped samples and highlights, in units of the highlight threshold, at which a pixel begins to keep its
-/// blur and keeps all of it.
-const KEPT_HIGHLIGHT_LIGHT: [f32; 2] = [0.003, 0.02];
-/// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
-const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
+pub(super) const MODEL_ERROR: f64 = 2e-3;
+/// Share of the progress taken by the search for lights.
+const LIGHTS_SHARE: f64 = 0.2;
+/// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical
+/// sample.
+const LARGEST_LIGHT_ERROR: f64 = 5.0;
 
 /// Removes blur from planes by total-variation deconvolution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +27,19 @@ pub struct Deconvolver {
     pub saturation: Saturation,
     /// Number of ADMM iterations.
     pub iterations: usize,
+    /// The treatment of bright lights.
+    pub lights: Lights,
+}
+
+/// The treatment of lights that are much brighter than their surroundings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lights {
+    /// Sources of their own, estimated before the rest of the picture. Those that the lens does not explain keep their
+    /// blur.
+    #[default]
+    Separate,
+    /// A part of the picture; [`Highlights`] and clipped samples keep their blur.
+    KeepBlur,
 }
 
 impl Default for Deconvolver {
@@ -37,6 +49,7 @@ impl Default for Deconvolver {
             noise: None,
             saturation: Saturation::Auto,
             iterations: 7,
+            lights: Lights::Separate,
         }
     }
 }
@@ -90,6 +103,7 @@ pub(super) struct Variant {
     /// Relative error of lens and operator.
     pub(super) model_error: f64,
     pub(super) texture: TextureStep,
+    pub(super) lights: Lights,
 }
 
 impl Deconvolver {
@@ -126,6 +140,7 @@ impl Deconvolver {
         let variant = Variant {
             model_error: MODEL_ERROR,
             texture: TextureStep::Run,
+            lights: self.lights,
         };
         self.remove_variant(variant, highlights, scene, planes, progress)
     }
@@ -156,7 +171,7 @@ impl Deconvolver {
             .collect()
     }
 
-    fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         if let Some(noise) = self.noise
             && !(noise.is_finite() && noise >= 0.0)
         {
@@ -187,32 +202,50 @@ impl Deconvolver {
         if is_uniform(plane.samples) {
             return Ok(self.uniform_plane(plate, plane));
         }
-        let canvas = plate.canvas;
-        let operator = LensOperator::new(plate.scene, &canvas, plane.weights)?;
-        let noise = self
-            .noise
-            .unwrap_or_else(|| estimate_noise(plane.samples, &canvas, &operator));
-        let clip_level = self.saturation.level(plane.samples, noise);
-        let kept = plate.kept_shares(plane.samples, clip_level, &operator)?;
-        let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
-        let filled = fill_holes(plane.samples, plate.scene.width, &known);
+        let separated = plate.separate(self, plane, &|share| progress(LIGHTS_SHARE * share))?;
+        let Separated {
+            canvas,
+            ref operator,
+            noise,
+            deviation,
+            clip_level,
+            ref lights,
+            ref rest,
+            ref kept,
+        } = separated;
+        let solver_progress = |share: f64| progress(LIGHTS_SHARE + (1.0 - LIGHTS_SHARE) * share);
+        let is_clipped = |k: usize| clip_level.is_some_and(|level| plane.samples[k] >= level);
+        let known: Vec<bool> = (0..kept.len())
+            .map(|k| {
+                let is_lost = f64::from(lights.error[k]) > LARGEST_LIGHT_ERROR * deviation;
+                kept[k] == 0.0 && !is_lost && !(lights.explained[k] && is_clipped(k))
+            })
+            .collect();
+        let filled = fill_holes(rest, plate.scene.width, &known);
         let extended = canvas.extend_by_mirroring(&filled);
         let noise_model = NoiseModel::new(&extended, noise, plate.variant.model_error);
-        let weights = noise_model.weights(&extended, &canvas.embed(false, |k| known[k]));
+        let errors = canvas.embed(0.0, |k| lights.error[k]);
+        let weights = noise_model.weights(&extended, &errors, &canvas.embed(false, |k| known[k]));
         let problem = Problem {
             plate: &extended,
             canvas,
-            operator: &operator,
+            operator,
             weights: &weights,
             noise,
             deviation: noise_model.deviation(),
             iterations: self.iterations,
             texture: plate.variant.texture,
         };
-        let solution = solve(&problem, progress)?;
+        let solution = solve(&problem, &solver_progress)?;
         let residual = problem.residual(&solution.estimate);
         let misfit = problem.misfit(&solution.estimate);
         let mut sharp = solution.estimate.image;
+        lights.add_sources(&mut sharp, &canvas);
+        // Light is not negative; noise about black is.
+        let darkest = plane.samples.iter().fold(0.0_f32, |least, v| least.min(*v));
+        sharp
+            .par_iter_mut()
+            .for_each(|sample| *sample = sample.max(darkest));
         let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));
         for (sample, kept_pixel) in sharp.iter_mut().zip(kept_pixels) {
             if let Some(k) = kept_pixel {
@@ -223,7 +256,8 @@ impl Deconvolver {
             solution.quadratic.data_share(h, gradient_power)
         })?;
         let data_share = canvas.crop(&data_share);
-        let confidence = data_share.iter().zip(&kept);
+        let is_determined = kept.iter().zip(&known);
+        let confidence = data_share.iter().zip(is_determined);
         Ok(SharpPlane {
             canvas,
             sharp,
@@ -235,7 +269,13 @@ impl Deconvolver {
             }),
             misfit,
             confidence: confidence
-                .map(|(share, kept)| share.clamp(0.0, 1.0) * (1.0 - kept))
+                .map(|(share, (kept, known))| {
+                    if *known {
+                        share.clamp(0.0, 1.0) * (1.0 - kept)
+                    } else {
+                        0.0
+                    }
+                })
                 .collect(),
         })
     }
@@ -252,55 +292,6 @@ impl Deconvolver {
             misfit: 0.0,
             confidence: vec![1.0; count],
         }
-    }
-}
-
-/// The inputs that all planes of a plate have in common.
-struct PlateInputs<'a> {
-    scene: &'a Scene<'a>,
-    canvas: Canvas,
-    highlights: &'a Highlights,
-    variant: Variant,
-}
-
-impl PlateInputs<'_> {
-    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1.
-    ///
-    /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
-    /// Highlights are treated like them. At depth edges part of the light is hidden.
-    fn kept_shares(
-        &self,
-        samples: &[f32],
-        clip_level: Option<f32>,
-        operator: &LensOperator,
-    ) -> Result<Vec<f32>> {
-        let count = self.canvas.plate_pixel_count();
-        let mut kept = vec![0.0; count];
-        if let Some(errors) = operator.normalisation_error() {
-            let errors = self.canvas.crop(&errors).into_iter();
-            kept = errors
-                .map(|error| ramp(error, KEPT_NORMALISATION_ERROR))
-                .collect();
-        }
-        // In units of the highlight threshold; clipped samples count as one at least.
-        let excess = |k: usize| {
-            let clipped = clip_level.is_some_and(|level| samples[k] >= level);
-            self.highlights
-                .excess(k)
-                .max(if clipped { 1.0 } else { 0.0 })
-        };
-        if (0..count).any(|k| excess(k) > 0.0) {
-            let blurred = operator.apply(&self.canvas.embed(0.0, excess), Accuracy::Draft)?;
-            for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
-                let kept_by_light = if excess(k) > 0.0 {
-                    1.0
-                } else {
-                    ramp(*light, KEPT_HIGHLIGHT_LIGHT)
-                };
-                kept[k] = kept_by_light.max(kept[k]);
-            }
-        }
-        Ok(kept)
     }
 }
 

@@ -121,6 +121,20 @@ impl DepthLayer {
         out
     }
 
+    /// Filters `plane` with the transfer functions of both layers, and weights the result by coverage
+    /// ([`TransferFunctions::convert`]).
+    pub(super) fn convert(
+        &self,
+        to: &Self,
+        plane: &[f32],
+        gain: impl Fn(Complex<f32>, Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Vec<f32> {
+        let (plane, coverage) = (self.cut(plane), self.coverage.as_deref());
+        let mut out = (self.transfer).convert(&to.transfer, &plane, coverage, gain);
+        self.weight_by_coverage(&mut out, 1.0);
+        out
+    }
+
     /// Filters like [`Self::filter`], with the square root of coverage before and after: symmetric if `gain` is real.
     pub(super) fn filter_symmetrically(
         &self,

@@ -19,6 +19,34 @@ pub(super) fn fill_holes(plane: &[f32], width: usize, known: &[bool]) -> Vec<f32
         .collect()
 }
 
+/// Interpolates `cells`, `columns` a row and `side` pixels wide, bilinearly between their centres to a plane of `size`.
+pub(super) fn interpolate_cells(
+    cells: &[f32],
+    columns: usize,
+    side: usize,
+    size: (usize, usize),
+) -> Vec<f32> {
+    let rows = cells.len() / columns.max(1);
+    let along = |at: usize, count: usize| {
+        let place = ((at as f32 + 0.5) / side as f32 - 0.5).clamp(0.0, (count - 1) as f32);
+        let low = place as usize;
+        (low, (low + 1).min(count - 1), place - low as f32)
+    };
+    let mut out = Vec::with_capacity(size.0 * size.1);
+    for y in 0..size.1 {
+        let (top, bottom, down) = along(y, rows);
+        for x in 0..size.0 {
+            let (left, right, across) = along(x, columns);
+            let mean = |row: usize| {
+                let (a, b) = (cells[row * columns + left], cells[row * columns + right]);
+                a + across * (b - a)
+            };
+            out.push(mean(top) + down * (mean(bottom) - mean(top)));
+        }
+    }
+    out
+}
+
 /// A pyramid level.
 struct Level {
     width: usize,

@@ -15,7 +15,7 @@ use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
 use super::gradient::{norms, sampled_norms, white_noise_power};
 use super::winsorised::WinsorisedStatistics;
-use super::{Deconvolver, Highlights, SharpPlane};
+use super::{Deconvolver, Highlights, Lights, SharpPlane};
 use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass, kernel_reach};
 use rayon::prelude::*;
 use seidel_optics::Progress;
@@ -196,6 +196,7 @@ impl Trial<'_> {
         let variant = Variant {
             model_error: MODEL_ERROR,
             texture: TextureStep::Skip,
+            lights: Lights::KeepBlur,
         };
         let highlights = Highlights::detect(&[plane], self.tile.width);
         let progress = |share: f64| progress((done as f64 + share) / SHARES.len() as f64);

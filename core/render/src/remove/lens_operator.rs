@@ -103,6 +103,26 @@ impl LensOperator {
         self.sum_of_layers(|layer| Ok(layer.filter(plane, &gain)))
     }
 
+    /// Filters `plane` like [`Self::filter`], by `gain(h, r, |D|²)` with the transfer functions r of another operator on
+    /// the same canvas.
+    pub(super) fn convert(
+        &self,
+        to: &Self,
+        plane: &[f32],
+        gain: impl Fn(Complex<f32>, Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Result<Vec<f32>> {
+        if let ([layer], [to]) = (self.layers.as_slice(), to.layers.as_slice())
+            && layer.is_only()
+        {
+            return Ok(layer.convert(to, plane, &gain));
+        }
+        let mut out = vec![0.0; self.size.0 * self.size.1];
+        for (layer, to) in self.layers.iter().zip(&to.layers) {
+            layer.add_to(&mut out, &layer.convert(to, plane, &gain));
+        }
+        Ok(out)
+    }
+
     /// Filters like [`Self::filter`], as a symmetric operator if `gain` is real: a preconditioner.
     pub(super) fn precondition(
         &self,

@@ -22,6 +22,7 @@
 mod admm;
 mod canvas;
 mod change_map;
+mod colour_match;
 mod deconvolver;
 mod depth_layer;
 mod gradient;
@@ -29,12 +30,17 @@ mod highlights;
 mod hole_filling;
 mod lens_check;
 mod lens_operator;
+mod light_candidates;
+mod light_fit;
+mod light_kernels;
+mod light_sources;
 mod noise_estimate;
 mod noise_gain;
 mod noise_model;
 mod overlapping_tiles;
 mod quadratic;
 mod saturation;
+mod separation;
 #[cfg(test)]
 mod test_scenes;
 #[cfg(test)]
@@ -47,7 +53,8 @@ mod winsorised;
 
 pub use canvas::Canvas;
 pub use change_map::change_map;
-pub use deconvolver::{Clipping, Deconvolver, SharpPlane};
+pub use colour_match::reference_colour;
+pub use deconvolver::{Clipping, Deconvolver, Lights, SharpPlane};
 pub use highlights::Highlights;
 pub use lens_check::estimate_blur_share;
 pub use saturation::Saturation;

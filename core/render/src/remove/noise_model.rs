@@ -37,17 +37,26 @@ impl NoiseModel {
         self.typical_variance.sqrt()
     }
 
-    /// Returns W: the weight of each sample of `plate`, 0 where it is not `known`.
-    pub(super) fn weights(&self, plate: &[f32], known: &[bool]) -> Vec<f32> {
-        let samples = plate.par_iter().zip(known);
+    /// Returns W: the weight of each sample of `plate`, 0 where it is not `known`. Each sample has a further error of the
+    /// standard deviation in `errors`.
+    pub(super) fn weights(&self, plate: &[f32], errors: &[f32], known: &[bool]) -> Vec<f32> {
+        let samples = plate.par_iter().zip(errors).zip(known);
         samples
-            .map(|(sample, known)| if *known { self.weight(*sample) } else { 0.0 })
+            .map(|((sample, error), known)| {
+                if *known {
+                    self.weight(*sample, *error)
+                } else {
+                    0.0
+                }
+            })
             .collect()
     }
 
     /// Returns the weight of a sample, from 0 to 1: less than 1 above the 99th percentile of the light.
-    fn weight(&self, sample: f32) -> f32 {
-        let variance = self.noise_variance + (self.model_error * f64::from(sample)).powi(2);
+    fn weight(&self, sample: f32, error: f32) -> f32 {
+        let variance = self.noise_variance
+            + (self.model_error * f64::from(sample)).powi(2)
+            + f64::from(error).powi(2);
         if variance <= self.full_weight_variance {
             return 1.0;
         }
@@ -65,8 +74,8 @@ mod tests {
         plane[3] = 1e4;
         let model = NoiseModel::new(&plane, 0.001, 2e-3);
         assert!((model.deviation() - 0.001_f64.hypot(2e-3 * 0.2)).abs() < 1e-6);
-        assert_eq!(model.weight(0.2), 1.0);
-        assert!(model.weight(1e4) < 1e-6);
+        assert_eq!(model.weight(0.2, 0.0), 1.0);
+        assert!(model.weight(1e4, 0.0) < 1e-6);
     }
 
     #[test]

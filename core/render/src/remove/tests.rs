@@ -1,5 +1,7 @@
 //! Removal of blur from plates whose sharp image is known.
 
+mod lights;
+
 use super::canvas::window_scene;
 use super::lens_operator::LensOperator;
 use super::test_scenes::{

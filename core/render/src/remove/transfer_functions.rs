@@ -90,18 +90,44 @@ impl TransferFunctions {
         coverage: Option<&[f32]>,
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Vec<f32> {
-        let tiles = self.tiles.tiles.par_iter();
+        self.filter_tiles(plane, coverage, |tile, frequency| {
+            let h = self.spectra[tile][frequency];
+            gain(h, self.gradient_power[frequency])
+        })
+    }
+
+    /// Filters `plane` like [`Self::filter`], by `gain(h, r, |D|²)` with the transfer functions r of another lens on the
+    /// same plane.
+    pub(super) fn convert(
+        &self,
+        to: &Self,
+        plane: &[f32],
+        coverage: Option<&[f32]>,
+        gain: impl Fn(Complex<f32>, Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Vec<f32> {
+        self.filter_tiles(plane, coverage, |tile, frequency| {
+            let (h, r) = (self.spectra[tile][frequency], to.spectra[tile][frequency]);
+            gain(h, r, self.gradient_power[frequency])
+        })
+    }
+
+    /// Multiplies the spectrum of each tile of `plane` by `gain(tile, frequency)`, both indices.
+    fn filter_tiles(
+        &self,
+        plane: &[f32],
+        coverage: Option<&[f32]>,
+        gain: impl Fn(usize, usize) -> Complex<f32> + Sync,
+    ) -> Vec<f32> {
+        let tiles = self.tiles.tiles.par_iter().enumerate();
         let filtered: Vec<Option<Vec<f32>>> = tiles
-            .zip(&self.spectra)
-            .map_init(FftBuffers::default, |buffers, (tile, transfer)| {
+            .map_init(FftBuffers::default, |buffers, (index, tile)| {
                 if coverage.is_some_and(|coverage| self.tiles.is_uncovered(coverage, *tile)) {
                     return None;
                 }
                 let mut samples = self.tiles.cut(plane, *tile);
                 self.fft.forward(&mut samples, buffers);
-                let frequencies = transfer.iter().zip(&self.gradient_power);
-                for (value, (h, gradient_power)) in buffers.spectrum.iter_mut().zip(frequencies) {
-                    *value *= gain(*h, *gradient_power);
+                for (frequency, value) in buffers.spectrum.iter_mut().enumerate() {
+                    *value *= gain(index, frequency);
                 }
                 self.fft.inverse(buffers, &mut samples);
                 Some(samples)

@@ -36,6 +36,12 @@ pub(super) fn dot(a: &[f32], b: &[f32]) -> f64 {
     blocks.iter().sum()
 }
 
+/// Returns <a, b> of two short vectors, on one thread.
+pub(super) fn short_dot(a: &[f32], b: &[f32]) -> f64 {
+    let blocks = a.chunks(BLOCK).zip(b.chunks(BLOCK));
+    blocks.map(|(a, b)| block_dot(a, b)).sum()
+}
+
 fn block_dot(a: &[f32], b: &[f32]) -> f64 {
     let mut lanes = [0.0_f32; LANES];
     let (a, rest_a) = a.as_chunks::<LANES>();

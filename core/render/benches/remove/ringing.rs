@@ -1,0 +1,209 @@
+//! Ringing beside lights and edges, and noise in flat areas, before removal and after it by each treatment of lights.
+
+use crate::SIDE;
+use crate::case::{WEIGHTS, blurred, median, psnr_db, timed, with_noise};
+use crate::scenes::{LAMP_RADIUS, LAMPS, RingingScene, all, lamp_centre};
+use seidel_optics::error::Result;
+use seidel_render::remove::{Deconvolver, Highlights, Lights};
+use seidel_render::{Gather, Plane, Renderer, Scene};
+
+/// Distance from edges up to which light or its absence is an over- or undershoot, px.
+const RING: usize = 24;
+/// Pixels next to an edge that are left out, px: a result one pixel too soft is no ring.
+const SOFT: usize = 2;
+/// Distance from edges from which an area is flat, px.
+const FLAT: usize = 40;
+/// Border that is left out, px.
+const BORDER: usize = 32;
+/// Steps between neighbours that count as edges, as a share of the darker.
+const EDGE: f32 = 0.2;
+
+/// Prints the table of all scenes.
+pub(crate) fn print(scene: &Scene, rounds: usize) -> Result<()> {
+    println!(
+        "| scene | lights | undershoot % | overshoot % | flat noise / plate noise | told gain | light within 1.5 px % | gain dB | blurs |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for ringing in all() {
+        eprintln!("{}", ringing.name);
+        let plate = plate(scene, &ringing)?;
+        let near = distances(&ringing.truth);
+        for (name, lights) in [
+            ("keep blur", Lights::KeepBlur),
+            ("separate", Lights::Separate),
+        ] {
+            let deconvolver = Deconvolver {
+                lights,
+                ..Deconvolver::default()
+            };
+            let planes = [Plane {
+                samples: &plate,
+                weights: &WEIGHTS,
+            }];
+            let remove = || deconvolver.remove(scene, &planes, &|_| true);
+            let removed = remove()?;
+            let highlights = Highlights::detect(&planes, SIDE);
+            let told = deconvolver.noise_gain(&highlights, scene, &planes, &removed, &|_| true)?;
+            let sharp = removed[0].canvas.crop(&removed[0].sharp);
+            let (mut blurs, mut removals) = (Vec::new(), Vec::new());
+            for _ in 0..rounds {
+                let fast = Gather::default();
+                blurs.push(timed(|| fast.render(scene, &planes, &|_| true))?);
+                removals.push(timed(remove)?);
+            }
+            let case = Case {
+                ringing: &ringing,
+                plate: &plate,
+                sharp: &sharp,
+                told: &told[0],
+                near: &near,
+            };
+            case.print(name, median(removals) / median(blurs));
+        }
+    }
+    Ok(())
+}
+
+fn plate(scene: &Scene, ringing: &RingingScene) -> Result<Vec<f32>> {
+    let mut plate = with_noise(&blurred(scene, &ringing.truth)?, ringing.noise, 0);
+    for sample in &mut plate {
+        *sample = sample.min(ringing.clip);
+        if let Some(bits) = ringing.bits {
+            let levels = ((1_u32 << bits) - 1) as f32;
+            *sample = (*sample * levels).round() / levels;
+        }
+    }
+    Ok(plate)
+}
+
+/// Returns the distance of each pixel from the nearest edge along rows and columns (Chebyshev), up to [`FLAT`].
+fn distances(truth: &[f32]) -> Vec<usize> {
+    let at = |x: usize, y: usize| truth[y * SIDE + x];
+    let is_edge = |k: usize| {
+        let (x, y) = (k % SIDE, k / SIDE);
+        [(x + 1, y), (x, y + 1)].iter().any(|(nx, ny)| {
+            let inside = *nx < SIDE && *ny < SIDE;
+            inside && (at(*nx, *ny) - at(x, y)).abs() > EDGE * at(*nx, *ny).min(at(x, y))
+        })
+    };
+    let mut distance: Vec<usize> = (0..SIDE * SIDE)
+        .map(|k| if is_edge(k) { 0 } else { FLAT })
+        .collect();
+    for step in 1..FLAT {
+        let last = distance.clone();
+        for k in 0..SIDE * SIDE {
+            let (x, y) = (k % SIDE, k / SIDE);
+            let touches = (y.saturating_sub(1)..(y + 2).min(SIDE)).any(|y| {
+                (x.saturating_sub(1)..(x + 2).min(SIDE)).any(|x| last[y * SIDE + x] < step)
+            });
+            if touches && last[k] == FLAT {
+                distance[k] = step;
+            }
+        }
+    }
+    distance
+}
+
+/// A result, with what it is compared to.
+struct Case<'a> {
+    ringing: &'a RingingScene,
+    plate: &'a [f32],
+    sharp: &'a [f32],
+    told: &'a [f32],
+    near: &'a [usize],
+}
+
+/// Over- and undershoot, % of the local light.
+struct Shoots {
+    under: f64,
+    over: f64,
+}
+
+impl Case<'_> {
+    fn print(&self, lights: &str, blurs: f64) {
+        let all = self.shoots(|_, _| true);
+        let (flat, told) = self.flat_noise();
+        println!(
+            "| {} | {lights} | {:.1} | {:.1} | {flat:.2} | {told:.2} | | {:+.2} | {blurs:.1} |",
+            self.ringing.name,
+            all.under,
+            all.over,
+            psnr_db(self.sharp, &self.ringing.truth) - psnr_db(self.plate, &self.ringing.truth),
+        );
+        if !self.ringing.name.starts_with("lamps") {
+            return;
+        }
+        for (index, light) in LAMPS.iter().enumerate() {
+            let (cx, cy) = lamp_centre(index);
+            let far = |x: usize, y: usize| (x as f64 - cx).hypot(y as f64 - cy);
+            let shoots = self.shoots(|x, y| far(x, y) < 60.0);
+            let within = |plane: &[f32], radius: f64| {
+                let inside = (0..SIDE * SIDE).filter(|k| far(k % SIDE, k / SIDE) < radius);
+                let light = inside.map(|k| f64::from(plane[k] - crate::scenes::GROUND));
+                light.sum::<f64>()
+            };
+            let share = |plane: &[f32]| {
+                100.0 * within(plane, LAMP_RADIUS + 1.5) / within(&self.ringing.truth, 20.0)
+            };
+            println!(
+                "| - lamp of {light} | {lights} | {:.1} | {:.1} | | | {:.0} -> {:.0} | | |",
+                shoots.under,
+                shoots.over,
+                share(self.plate),
+                share(self.sharp),
+            );
+        }
+    }
+
+    /// Returns the largest shoots of means over 3 x 3 px beside edges, among the `chosen` pixels.
+    fn shoots(&self, chosen: impl Fn(usize, usize) -> bool) -> Shoots {
+        let mut shoots = Shoots {
+            under: 0.0,
+            over: 0.0,
+        };
+        for y in BORDER..SIDE - BORDER {
+            for x in BORDER..SIDE - BORDER {
+                let distance = self.near[y * SIDE + x];
+                if !(SOFT + 1..RING).contains(&distance) || !chosen(x, y) {
+                    continue;
+                }
+                let mean = |plane: &[f32]| {
+                    let rows = (y - 1..y + 2).map(|y| &plane[y * SIDE + x - 1..y * SIDE + x + 2]);
+                    rows.flatten().map(|v| f64::from(*v)).sum::<f64>() / 9.0
+                };
+                let truth = mean(&self.ringing.truth);
+                if truth > f64::from(self.ringing.clip) {
+                    continue;
+                }
+                let excess = 100.0 * (mean(self.sharp) / truth - 1.0);
+                shoots.over = shoots.over.max(excess);
+                shoots.under = shoots.under.max(-excess);
+            }
+        }
+        shoots
+    }
+
+    /// Returns the error in flat areas over the noise of the plate, and the noise gain that was told for them, as root mean
+    /// squares.
+    fn flat_noise(&self) -> (f64, f64) {
+        let (mut errors, mut told, mut count) = (0.0, 0.0, 0.0);
+        for y in BORDER..SIDE - BORDER {
+            for x in BORDER..SIDE - BORDER {
+                let k = y * SIDE + x;
+                if self.near[k] >= FLAT {
+                    errors += f64::from(self.sharp[k] - self.ringing.truth[k]).powi(2);
+                    told += f64::from(self.told[k]).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+        let noise = match self.ringing.bits {
+            Some(bits) => self
+                .ringing
+                .noise
+                .hypot(1.0 / f64::from((1_u32 << bits) - 1) / 12.0_f64.sqrt()),
+            None => self.ringing.noise,
+        };
+        ((errors / count).sqrt() / noise, (told / count).sqrt())
+    }
+}

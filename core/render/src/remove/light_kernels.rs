@@ -1,0 +1,219 @@
+//! The kernels of the pixels of a light, as columns of a matrix.
+
+use super::vectors::short_dot;
+use crate::{LocalKernel, LocalKernels, RenderWindow};
+use seidel_optics::error::Result;
+
+/// Largest distance between the points at which kernels are drawn, px; they are interpolated between these.
+const NODE_DISTANCE: usize = 12;
+/// Mean common area of two kernels that overlap, as a share of a kernel's.
+const OVERLAP_SHARE: f64 = 0.3;
+
+/// Kernels at the nodes of a grid over a region.
+pub(super) struct KernelGrid {
+    first: (usize, usize),
+    step: (f32, f32),
+    columns: usize,
+    pub(super) kernels: Vec<LocalKernel>,
+}
+
+impl KernelGrid {
+    /// Draws the kernels over the pixels from `first` to `last`, both inclusive.
+    pub(super) fn new(
+        kernels: &LocalKernels,
+        first: (usize, usize),
+        last: (usize, usize),
+    ) -> Result<Self> {
+        let along = |first: usize, last: usize| {
+            let steps = (last - first).div_ceil(NODE_DISTANCE).max(1);
+            (steps + 1, (last - first).max(1) as f32 / steps as f32)
+        };
+        let (columns, step_x) = along(first.0, last.0);
+        let (rows, step_y) = along(first.1, last.1);
+        let kernels = (0..columns * rows)
+            .map(|k| {
+                let x = first.0 as f64 + f64::from(step_x) * (k % columns) as f64;
+                let y = first.1 as f64 + f64::from(step_y) * (k / columns) as f64;
+                kernels.at((x + 0.5, y + 0.5))
+            })
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            first,
+            step: (step_x, step_y),
+            columns,
+            kernels,
+        })
+    }
+
+    /// Returns the kernels around a pixel, with their weights for bilinear interpolation.
+    fn around(&self, pixel: (usize, usize)) -> [(&LocalKernel, f32); 4] {
+        let rows = self.kernels.len() / self.columns;
+        let along = |at: usize, first: usize, step: f32, count: usize| {
+            let place = (at - first) as f32 / step;
+            let low = (place as usize).min(count - 2);
+            (low, place - low as f32)
+        };
+        let (x, across) = along(pixel.0, self.first.0, self.step.0, self.columns);
+        let (y, down) = along(pixel.1, self.first.1, self.step.1, rows);
+        let kernel = |x: usize, y: usize| &self.kernels[y * self.columns + x];
+        [
+            (kernel(x, y), (1.0 - across) * (1.0 - down)),
+            (kernel(x + 1, y), across * (1.0 - down)),
+            (kernel(x, y + 1), (1.0 - across) * down),
+            (kernel(x + 1, y + 1), across * down),
+        ]
+    }
+
+    /// Returns the kernel at the node nearest to a pixel.
+    pub(super) fn nearest(&self, pixel: (usize, usize)) -> &LocalKernel {
+        let around = self.around(pixel);
+        let heaviest = around.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        heaviest.map_or(&self.kernels[0], |(kernel, _)| kernel)
+    }
+
+    /// Returns the window of a plate of `size` that light from the pixels `first` to `last` reaches.
+    pub(super) fn window(&self, last: (usize, usize), size: (usize, usize)) -> RenderWindow {
+        let ends = |of: &dyn Fn(&LocalKernel) -> (i32, i32)| {
+            let all = self.kernels.iter().map(of);
+            all.fold((0, 1), |(low, high), (a, b)| (low.min(a), high.max(b)))
+        };
+        let (left, right) = ends(&|k| (k.left, k.left + k.width as i32));
+        let (top, bottom) = ends(&|k| (k.top, k.top + k.height as i32));
+        let low = |first: usize, reach: i32| first.saturating_sub(reach.unsigned_abs() as usize);
+        let high = |last: usize, reach: i32, size: usize| (last + reach as usize).min(size);
+        let (column, row) = (low(self.first.0, left), low(self.first.1, top));
+        RenderWindow {
+            column,
+            row,
+            width: high(last.0, right, size.0) - column,
+            height: high(last.1, bottom, size.1) - row,
+        }
+    }
+
+    /// Returns the light that a source of unit light at `pixel` brings to the samples of `window`.
+    pub(super) fn column(&self, pixel: (usize, usize), window: RenderWindow) -> Column {
+        let around = self.around(pixel);
+        let ends = |of: &dyn Fn(&LocalKernel) -> (i32, i32), size: usize| {
+            let all = around.iter().map(|(kernel, _)| of(kernel));
+            let (low, high) = all.fold((i32::MAX, i32::MIN), |(low, high), (a, b)| {
+                (low.min(a), high.max(b))
+            });
+            let inside = |at: i32| at.clamp(0, size as i32) as usize;
+            inside(low)..inside(high)
+        };
+        let (x, y) = (
+            pixel.0 as i32 - window.column as i32,
+            pixel.1 as i32 - window.row as i32,
+        );
+        let columns = ends(&|k| (x + k.left, x + k.left + k.width as i32), window.width);
+        let rows = ends(&|k| (y + k.top, y + k.top + k.height as i32), window.height);
+        let mut column = Column {
+            left: columns.start,
+            top: rows.start,
+            width: columns.len(),
+            weights: vec![0.0; columns.len() * rows.len()],
+        };
+        for (kernel, share) in around {
+            column.add(kernel, (x + kernel.left, y + kernel.top), share);
+        }
+        column
+    }
+
+    /// Returns about how many multiplications the inner products of `count` columns of this region take.
+    pub(super) fn work(&self, count: usize, last: (usize, usize)) -> f64 {
+        let kernel = &self.kernels[0];
+        // The share of pairs whose kernels overlap, along one axis.
+        let share = |kernel: usize, first: usize, last: usize| {
+            (2.0 * kernel as f64 / (last - first + 1) as f64).min(1.0)
+        };
+        let pairs = 0.5
+            * (count * count) as f64
+            * share(kernel.width, self.first.0, last.0)
+            * share(kernel.height, self.first.1, last.1);
+        pairs * OVERLAP_SHARE * (kernel.width * kernel.height) as f64
+    }
+}
+
+/// A column of a matrix over the samples of a window: zero outside a rectangle.
+pub(super) struct Column {
+    left: usize,
+    top: usize,
+    width: usize,
+    /// The samples of the rectangle, row-major.
+    weights: Vec<f32>,
+}
+
+impl Column {
+    /// Returns a column over a window `width` samples wide, all of whose samples are given.
+    pub(super) fn full(width: usize, weights: Vec<f32>) -> Self {
+        Self {
+            left: 0,
+            top: 0,
+            width,
+            weights,
+        }
+    }
+
+    fn height(&self) -> usize {
+        self.weights.len() / self.width.max(1)
+    }
+
+    /// Returns the column with each sample multiplied by its element of `gains`, of a window `window_width` samples wide.
+    pub(super) fn scaled(&self, gains: &[f32], window_width: usize) -> Self {
+        let rows = self.weights.chunks_exact(self.width.max(1)).enumerate();
+        let weights = rows.flat_map(|(y, row)| {
+            let gains = &gains[(self.top + y) * window_width + self.left..];
+            row.iter().zip(gains).map(|(weight, gain)| weight * gain)
+        });
+        Self {
+            weights: weights.collect(),
+            ..*self
+        }
+    }
+
+    /// Adds `gain` times this column to `plane`, a window `window_width` samples wide.
+    pub(super) fn add_to(&self, plane: &mut [f32], window_width: usize, gain: f32) {
+        for (y, row) in self.weights.chunks_exact(self.width.max(1)).enumerate() {
+            let out = &mut plane[(self.top + y) * window_width + self.left..];
+            for (out, weight) in out.iter_mut().zip(row) {
+                *out += gain * weight;
+            }
+        }
+    }
+
+    /// Returns the inner product of two columns.
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        let left = self.left.max(other.left);
+        let right = (self.left + self.width).min(other.left + other.width);
+        let top = self.top.max(other.top);
+        let bottom = (self.top + self.height()).min(other.top + other.height());
+        if left >= right {
+            return 0.0;
+        }
+        let part = |of: &Self, y: usize| (y - of.top) * of.width + left - of.left;
+        let rows = (top..bottom).map(|y| {
+            let (a, b) = (part(self, y), part(other, y));
+            let length = right - left;
+            short_dot(&self.weights[a..a + length], &other.weights[b..b + length])
+        });
+        rows.sum()
+    }
+
+    /// Adds `share` of a `kernel` whose first sample is at `first`, column and row of the window.
+    fn add(&mut self, kernel: &LocalKernel, first: (i32, i32), share: f32) {
+        let (left, top) = (first.0 - self.left as i32, first.1 - self.top as i32);
+        let height = self.height() as i32;
+        for (y, row) in kernel.weights.chunks_exact(kernel.width.max(1)).enumerate() {
+            let y = top + y as i32;
+            if !(0..height).contains(&y) {
+                continue;
+            }
+            for (x, weight) in row.iter().enumerate() {
+                let x = left + x as i32;
+                if (0..self.width as i32).contains(&x) {
+                    self.weights[y as usize * self.width + x as usize] += share * weight;
+                }
+            }
+        }
+    }
+}

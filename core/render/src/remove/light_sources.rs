@@ -1,0 +1,227 @@
+//! Bright lights of a plate as sources of their own, estimated before the rest of the picture.
+//!
+//! Deconvolution with a prior for pictures rings about lights: they are brighter than anything the prior expects, and an
+//! error of a thousandth in their light is more than the picture beside them. So lights are fitted one by one
+//! (`light_fit`), taken off the plate, and added again to the sharp picture. What the errors of the lens leave of them in
+//! the plate counts as noise.
+
+use super::light_candidates::CandidateSearch;
+use super::light_fit::{FitInputs, FittedLight};
+use super::{Canvas, Highlights};
+use crate::{LocalKernels, RenderWindow, Scene, VergencePass};
+use seidel_optics::Progress;
+use seidel_optics::error::Result;
+
+/// Times that each light is fitted, with the others taken off the plate.
+const PASSES: usize = 2;
+/// Largest number of pixels of a region that is tried.
+const MAX_REGION: usize = 20_000;
+/// Largest number of lights, for each thousand pixels of the plate.
+const MAX_LIGHTS_PER_THOUSAND: usize = 1;
+/// Largest number of multiplications that the fits may take, for each pixel of the plate.
+const WORK_PER_PIXEL: f64 = 8e3;
+/// Largest relative error of the lens with which a light counts as explained: others keep their blur.
+const MAX_MODEL_ERROR: f64 = 0.03;
+
+/// Reach of the errors of a light, px.
+const ERROR_REACH: usize = 2;
+
+/// The lights of a plate.
+pub(super) struct LightSources {
+    /// The pixels of the plate that are sources, and their light.
+    pub(super) sources: Vec<(usize, f32)>,
+    /// The light that sources bring to each pixel of the plate.
+    pub(super) blurred: Vec<f32>,
+    /// Standard deviation of the errors of that light.
+    pub(super) error: Vec<f32>,
+    /// Whether a pixel belongs to a light that is explained.
+    pub(super) explained: Vec<bool>,
+}
+
+impl LightSources {
+    /// Returns those of a plate of `count` pixels without lights.
+    pub(super) fn none(count: usize) -> Self {
+        Self {
+            sources: Vec::new(),
+            blurred: vec![0.0; count],
+            error: vec![0.0; count],
+            explained: vec![false; count],
+        }
+    }
+
+    /// Returns the samples of the plate without the light of the sources.
+    pub(super) fn taken_off(&self, samples: &[f32]) -> Vec<f32> {
+        samples
+            .iter()
+            .zip(&self.blurred)
+            .map(|(v, light)| v - light)
+            .collect()
+    }
+
+    /// Adds the sources to `sharp`, a plane of `canvas`.
+    pub(super) fn add_sources(&self, sharp: &mut [f32], canvas: &Canvas) {
+        let width = canvas.size().0;
+        for (pixel, light) in &self.sources {
+            let (x, y) = (pixel % canvas.plate.0, pixel / canvas.plate.0);
+            sharp[(y + canvas.margin_y) * width + x + canvas.margin_x] += light;
+        }
+    }
+}
+
+/// A plate whose lights are sought.
+pub(super) struct LightSearch<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) samples: &'a [f32],
+    pub(super) weights: &'a [f64],
+    /// Standard deviation of a typical sample.
+    pub(super) deviation: f64,
+    /// Relative error of the lens.
+    pub(super) model_error: f64,
+    pub(super) highlights: &'a Highlights,
+    pub(super) clip_level: Option<f32>,
+}
+
+impl LightSearch<'_> {
+    /// Fits the lights of the plate.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn; cancellation by `progress`.
+    pub(super) fn run(&self, progress: &Progress) -> Result<LightSources> {
+        let count = self.samples.len();
+        let mut found = LightSources::none(count);
+        let (reach_x, reach_y) = self.scene.reach_px();
+        let search = CandidateSearch {
+            samples: self.samples,
+            width: self.scene.width,
+            deviation: self.deviation as f32,
+            reach: reach_x.max(reach_y) as usize,
+        };
+        let is_clipped = |k: usize| {
+            self.clip_level
+                .is_some_and(|level| self.samples[k] >= level)
+        };
+        let bright = |k: usize| is_clipped(k) || self.highlights.excess(k) > 0.0;
+        let mut regions = search.regions(bright);
+        regions.retain(|region| region.len() <= MAX_REGION);
+        // The brightest come first: they disturb the others most.
+        let peak = |region: &[usize]| {
+            region
+                .iter()
+                .fold(0.0_f32, |most, k| most.max(self.samples[*k]))
+        };
+        regions.sort_by(|a, b| peak(b).total_cmp(&peak(a)));
+        regions.truncate((count * MAX_LIGHTS_PER_THOUSAND).div_ceil(1000));
+        let mut lights: Vec<Option<FittedLight>> = regions.iter().map(|_| None).collect();
+        let mut rest = self.samples.to_vec();
+        let mut budget = WORK_PER_PIXEL * count as f64;
+        let steps = (PASSES * regions.len()) as f64;
+        for pass in 0..PASSES {
+            for (index, region) in regions.iter().enumerate() {
+                if !progress((pass * regions.len() + index) as f64 / steps) {
+                    return Err(crate::cancelled());
+                }
+                if pass > 0 && lights[index].is_none() {
+                    continue;
+                }
+                if let Some(light) = lights[index].take() {
+                    add(&mut rest, self.scene.width, &light, 1.0);
+                }
+                let fitted = self.fit(region, &rest, &mut budget)?;
+                if let Some(light) = fitted {
+                    add(&mut rest, self.scene.width, &light, -1.0);
+                    lights[index] = Some(light);
+                }
+            }
+        }
+        for (region, light) in regions.iter().zip(lights) {
+            let Some(light) = light else { continue };
+            add(&mut found.blurred, self.scene.width, &light, 1.0);
+            light.add_error(&mut found.error, self.scene.width);
+            for pixel in region {
+                found.explained[*pixel] = true;
+            }
+            found.sources.extend(light.sources);
+        }
+        Ok(found)
+    }
+
+    /// Fits one light; `None` if the lens does not explain it.
+    fn fit(
+        &self,
+        region: &[usize],
+        samples: &[f32],
+        budget: &mut f64,
+    ) -> Result<Option<FittedLight>> {
+        let scene = self.at_depth_of(region);
+        let kernels = LocalKernels::new(&scene, self.weights)?;
+        let inputs = FitInputs {
+            kernels: &kernels,
+            plate: self.samples,
+            size: (scene.width, scene.height),
+            deviation: self.deviation,
+            model_error: self.model_error,
+            clip_level: self.clip_level,
+        };
+        let fitted = inputs.fit(region, samples, budget)?;
+        Ok(fitted.filter(|light| light.model_error <= MAX_MODEL_ERROR))
+    }
+
+    /// Returns the scene with the depth of a region's brightest pixel everywhere.
+    fn at_depth_of(&self, region: &[usize]) -> Scene<'_> {
+        let brightest = region
+            .iter()
+            .max_by(|a, b| self.samples[**a].total_cmp(&self.samples[**b]));
+        let vergence = self.scene.vergence_at(brightest.copied().unwrap_or(0));
+        Scene {
+            vergence: VergencePass::Constant(vergence),
+            ..*self.scene
+        }
+    }
+}
+
+impl FittedLight {
+    /// Adds the standard deviation of the errors of the light to `plane`, `width` samples wide: a share of the most light
+    /// near a pixel, since errors of a kernel's width are larger than that share of its steep tails.
+    fn add_error(&self, plane: &mut [f32], width: usize) {
+        let RenderWindow {
+            column,
+            row,
+            width: columns,
+            height: rows,
+        } = self.window;
+        let near = |at: usize, count: usize| {
+            at.saturating_sub(ERROR_REACH)..(at + ERROR_REACH + 1).min(count)
+        };
+        let along_rows: Vec<f32> = (0..columns * rows)
+            .map(|k| {
+                let row = &self.blurred[k / columns * columns..][..columns];
+                row[near(k % columns, columns)]
+                    .iter()
+                    .fold(0.0_f32, |most, v| most.max(*v))
+            })
+            .collect();
+        for y in 0..rows {
+            for x in 0..columns {
+                let most =
+                    near(y, rows).fold(0.0_f32, |most, y| most.max(along_rows[y * columns + x]));
+                plane[(row + y) * width + column + x] += self.model_error as f32 * most;
+            }
+        }
+    }
+}
+
+/// Adds `gain` times the blurred `light` to `plane`, `width` samples wide.
+fn add(plane: &mut [f32], width: usize, light: &FittedLight, gain: f32) {
+    let RenderWindow {
+        column,
+        row,
+        width: columns,
+        ..
+    } = light.window;
+    for (y, samples) in light.blurred.chunks_exact(columns.max(1)).enumerate() {
+        let out = &mut plane[(row + y) * width + column..];
+        for (out, sample) in out.iter_mut().zip(samples) {
+            *out += gain * sample;
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Lights as sources of their own.
+
+use super::super::Lights;
+use super::super::test_scenes::{
+    GrowingBlur, HEIGHT, WIDTH, blurred, lens, remove, scene, sharpen,
+};
+use super::super::{Deconvolver, Highlights, Saturation};
+use crate::{BlurField, DisplacedBlur, Displacement, Plane, Renderer, Scatter, Scene};
+use seidel_optics::field::{FieldPoint, Frame};
+
+const GROUND: f32 = 0.18;
+const RADIUS: f64 = 3.0;
+/// Centres of lamps, px, and their light.
+const LAMPS: [(f64, f64, f32); 3] = [(40.0, 40.0, 3.0), (125.0, 45.0, 10.0), (85.0, 110.0, 1e3)];
+
+fn far(k: usize, lamp: (f64, f64, f32)) -> f64 {
+    ((k % WIDTH) as f64 - lamp.0).hypot((k / WIDTH) as f64 - lamp.1)
+}
+
+fn lamps() -> Vec<f32> {
+    let light = |k: usize| LAMPS.iter().find(|lamp| far(k, **lamp) < RADIUS);
+    (0..WIDTH * HEIGHT)
+        .map(|k| light(k).map_or(GROUND, |lamp| lamp.2))
+        .collect()
+}
+
+/// Returns the light of a lamp above the ground, within `radius` of its centre.
+fn light_within(plane: &[f32], lamp: (f64, f64, f32), radius: f64) -> f64 {
+    let inside = (0..plane.len()).filter(|k| far(*k, lamp) < radius);
+    inside.map(|k| f64::from(plane[k] - GROUND)).sum()
+}
+
+/// Returns the largest undershoot of means over 3 x 3 px in a ring about a lamp, as a share of the ground.
+fn undershoot(plane: &[f32], lamp: (f64, f64, f32)) -> f32 {
+    let ring = (0..plane.len()).filter(|k| (RADIUS + 3.5..24.0).contains(&far(*k, lamp)));
+    let mean = |k: usize| {
+        let rows = [k - WIDTH, k, k + WIDTH];
+        let around = rows.iter().flat_map(|k| &plane[k - 1..k + 2]);
+        around.sum::<f32>() / 9.0
+    };
+    ring.fold(0.0, |most, k| most.max(1.0 - mean(k) / GROUND))
+}
+
+#[test]
+fn lamps_come_back_as_discs_without_rings() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let truth = lamps();
+    let plate = blurred(&scene, &Scatter, &truth, 0.001);
+    let removed = remove(&scene, &plate, Deconvolver::default());
+    let sharp = removed.canvas.crop(&removed.sharp);
+    for lamp in LAMPS {
+        let undershoot = undershoot(&sharp, lamp);
+        assert!(undershoot < 0.02, "{lamp:?}: {undershoot}");
+        let share = light_within(&sharp, lamp, RADIUS + 1.5) / light_within(&truth, lamp, 20.0);
+        assert!((share - 1.0).abs() < 0.03, "{lamp:?}: {share}");
+    }
+    assert!(removed.sharp.iter().all(|v| *v >= 0.0));
+    let kept = Deconvolver {
+        lights: Lights::KeepBlur,
+        ..Deconvolver::default()
+    };
+    let ringing = sharpen(&scene, &plate, kept);
+    assert!(
+        undershoot(&ringing, LAMPS[0]) > 0.05,
+        "the test scene is too easy"
+    );
+}
+
+/// The unclipped rim of a lamp's blur tells how bright it is.
+#[test]
+fn light_of_a_clipped_lamp_is_found_from_its_rim() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let truth = lamps();
+    let plate = blurred(&scene, &Scatter, &truth, 0.001);
+    let clipped: Vec<f32> = plate.iter().map(|v| v.min(1.0)).collect();
+    let deconvolver = Deconvolver {
+        saturation: Saturation::Level(1.0),
+        ..Deconvolver::default()
+    };
+    let sharp = sharpen(&scene, &clipped, deconvolver);
+    let lamp = LAMPS[1];
+    let share = |plane: &[f32]| light_within(plane, lamp, 10.0) / light_within(&truth, lamp, 20.0);
+    assert!(share(&clipped) < 0.7, "{}", share(&clipped));
+    assert!((share(&sharp) - 1.0).abs() < 0.15, "{}", share(&sharp));
+    assert!(undershoot(&sharp, lamp) < 0.02);
+}
+
+/// The blur of a lamp is far from that of a lens twice as wide.
+#[test]
+fn lights_that_the_lens_does_not_explain_keep_their_blur() {
+    let (narrow, wide) = (lens(0.8), lens(1.6));
+    let plate = blurred(&scene(&narrow), &Scatter, &lamps(), 0.001);
+    let sharp = sharpen(&scene(&wide), &plate, Deconvolver::default());
+    let lamp = LAMPS[2];
+    let same = |k: &usize| (sharp[*k] - plate[*k]).abs() < 1e-6;
+    assert!(
+        (0..plate.len())
+            .filter(|k| far(*k, lamp) < RADIUS)
+            .all(|k| same(&k))
+    );
+    assert!(undershoot(&sharp, lamp) < 0.05);
+}
+
+/// Two colours: the second is displaced, and blurred more.
+struct TwoColours(GrowingBlur, GrowingBlur);
+
+impl BlurField for TwoColours {
+    fn frame(&self) -> Frame {
+        self.0.frame
+    }
+
+    fn channel_count(&self) -> usize {
+        2
+    }
+
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
+        if channel == 0 {
+            return self.0.blur_at(0, at, vergence_per_m);
+        }
+        DisplacedBlur {
+            displacement_px: (1.3, -0.6),
+            ..self.1.blur_at(0, at, vergence_per_m)
+        }
+    }
+}
+
+#[test]
+fn colours_get_the_blur_and_the_place_of_the_reference() {
+    let narrow = lens(0.8);
+    let both = TwoColours(lens(0.8), lens(1.0));
+    let scene = Scene {
+        lens: &both,
+        displacement: Displacement::Full,
+        ..scene(&narrow)
+    };
+    let mut truth = super::discs(WIDTH, HEIGHT);
+    truth[75 * WIDTH + 85] = 50.0;
+    let weights = [vec![1.0, 0.0], vec![0.0, 1.0]];
+    let planes = weights.each_ref().map(|weights| Plane {
+        samples: &truth,
+        weights,
+    });
+    let blurred = Scatter.render(&scene, &planes, &|_| true);
+    let blurred = blurred.expect("a valid scene").planes;
+    let plane = |colour: usize| Plane {
+        samples: &blurred[colour],
+        weights: &weights[colour],
+    };
+    let highlights = Highlights::detect(&[plane(0), plane(1)], WIDTH);
+    let matched = |colour: usize| {
+        let deconvolver = Deconvolver {
+            noise: Some(0.0005),
+            ..Deconvolver::default()
+        };
+        let matched =
+            deconvolver.match_blur(&highlights, &scene, &plane(colour), &weights[0], &|_| true);
+        matched.expect("a valid scene")
+    };
+    assert!(matched(0) == blurred[0]);
+    let error = |plane: &[f32]| {
+        let squares = plane.iter().zip(&blurred[0]).enumerate();
+        let inside = squares.filter(|(k, _)| {
+            (12..WIDTH - 12).contains(&(k % WIDTH)) && (12..HEIGHT - 12).contains(&(k / WIDTH))
+        });
+        inside
+            .map(|(_, (a, b))| f64::from(a - b).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let (before, after) = (error(&blurred[1]), error(&matched(1)));
+    assert!(after < 0.2 * before, "{before} {after}");
+}
