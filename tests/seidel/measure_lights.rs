@@ -238,8 +238,8 @@ fn unusable_photographs_are_refused_with_a_remedy() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let dark = vec![BLACK; WIDTH * HEIGHT];
-    std::fs::write(folder.join("dark.dng"), dng(&dark)).expect("writes");
-    let bytes = dng(&dark);
+    std::fs::write(folder.join("dark.dng"), dng(&dark, [WIDTH, HEIGHT])).expect("writes");
+    let bytes = dng(&dark, [WIDTH, HEIGHT]);
     std::fs::write(folder.join("cut.dng"), &bytes[..bytes.len() / 2]).expect("writes");
     let exposure = Exposure {
         electrons: 2e7,
