@@ -21,7 +21,7 @@ const EDGE: f32 = 0.2;
 /// Prints the table of all scenes.
 pub(crate) fn print(scene: &Scene, rounds: usize) -> Result<()> {
     println!(
-        "| scene | lights | undershoot % | overshoot % | flat noise / plate noise | told gain | light within 1.5 px % | gain dB | blurs |"
+        "| scene | lights | undershoot % | overshoot % | flat noise / plate noise | reported gain | light within 1.5 px % | gain dB | blurs |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for ringing in all() {
@@ -43,7 +43,8 @@ pub(crate) fn print(scene: &Scene, rounds: usize) -> Result<()> {
             let remove = || deconvolver.remove(scene, &planes, &|_| true);
             let removed = remove()?;
             let highlights = Highlights::detect(&planes, SIDE);
-            let told = deconvolver.noise_gain(&highlights, scene, &planes, &removed, &|_| true)?;
+            let reported =
+                deconvolver.noise_gain(&highlights, scene, &planes, &removed, &|_| true)?;
             let sharp = removed[0].canvas.crop(&removed[0].sharp);
             let (mut blurs, mut removals) = (Vec::new(), Vec::new());
             for _ in 0..rounds {
@@ -55,7 +56,7 @@ pub(crate) fn print(scene: &Scene, rounds: usize) -> Result<()> {
                 ringing: &ringing,
                 plate: &plate,
                 sharp: &sharp,
-                told: &told[0],
+                reported: &reported[0],
                 near: &near,
             };
             case.print(name, median(removals) / median(blurs));
@@ -109,7 +110,7 @@ struct Case<'a> {
     ringing: &'a RingingScene,
     plate: &'a [f32],
     sharp: &'a [f32],
-    told: &'a [f32],
+    reported: &'a [f32],
     near: &'a [usize],
 }
 
@@ -122,9 +123,9 @@ struct Shoots {
 impl Case<'_> {
     fn print(&self, lights: &str, blurs: f64) {
         let all = self.shoots(|_, _| true);
-        let (flat, told) = self.flat_noise();
+        let (flat, reported) = self.flat_noise();
         println!(
-            "| {} | {lights} | {:.1} | {:.1} | {flat:.2} | {told:.2} | | {:+.2} | {blurs:.1} |",
+            "| {} | {lights} | {:.1} | {:.1} | {flat:.2} | {reported:.2} | | {:+.2} | {blurs:.1} |",
             self.ringing.name,
             all.under,
             all.over,
@@ -183,16 +184,16 @@ impl Case<'_> {
         shoots
     }
 
-    /// Returns the error in flat areas over the noise of the plate, and the noise gain that was told for them, as root mean
+    /// Returns the error in flat areas over the noise of the plate, and the noise gain reported for them, as root mean
     /// squares.
     fn flat_noise(&self) -> (f64, f64) {
-        let (mut errors, mut told, mut count) = (0.0, 0.0, 0.0);
+        let (mut errors, mut reported, mut count) = (0.0, 0.0, 0.0);
         for y in BORDER..SIDE - BORDER {
             for x in BORDER..SIDE - BORDER {
                 let k = y * SIDE + x;
                 if self.near[k] >= FLAT {
                     errors += f64::from(self.sharp[k] - self.ringing.truth[k]).powi(2);
-                    told += f64::from(self.told[k]).powi(2);
+                    reported += f64::from(self.reported[k]).powi(2);
                     count += 1.0;
                 }
             }
@@ -204,6 +205,6 @@ impl Case<'_> {
                 .hypot(1.0 / f64::from((1_u32 << bits) - 1) / 12.0_f64.sqrt()),
             None => self.ringing.noise,
         };
-        ((errors / count).sqrt() / noise, (told / count).sqrt())
+        ((errors / count).sqrt() / noise, (reported / count).sqrt())
     }
 }

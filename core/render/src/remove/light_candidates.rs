@@ -13,7 +13,7 @@ const MIN_CELL: usize = 16;
 /// Cells on either side of a cell that its surroundings reach.
 const CELLS_AROUND: usize = 2;
 
-/// A plane in which candidates are sought.
+/// A plane that is searched for candidates.
 #[derive(Clone, Copy)]
 pub(super) struct CandidateSearch<'a> {
     pub(super) samples: &'a [f32],

@@ -24,6 +24,8 @@ const MAX_SOURCES: usize = 2000;
 const BOUNDING_WEIGHT: f32 = 0.05;
 /// Least bound of the light of a source, as a share of the largest in the region.
 const MIN_BOUND_SHARE: f32 = 0.01;
+/// Largest number of elements of K, and of the normal equations, for each pixel of the plate: they bound memory.
+const ELEMENTS_PER_PIXEL: usize = 8;
 /// Ratio of two weights l that are tried one after the other.
 const WEIGHT_STEP: f64 = 4.0;
 /// Number of weights l that are tried.
@@ -94,11 +96,19 @@ impl FitInputs<'_> {
         }
         let grid = KernelGrid::new(self.kernels, first, last)?;
         let window = grid.window(last, self.size);
-        let sources = self.possible_sources(region, samples, &grid);
-        if sources.is_empty() || sources.len() > MAX_SOURCES {
+        let search_work = (region.len() * grid.kernel_area()) as f64;
+        if search_work > *budget {
             return Ok(None);
         }
-        let work = grid.work(sources.len(), last);
+        *budget -= search_work;
+        let sources = self.possible_sources(region, samples, &grid);
+        let count = sources.len();
+        let elements = count * grid.kernel_area().max(count);
+        let most = ELEMENTS_PER_PIXEL * self.plate.len();
+        if count == 0 || count > MAX_SOURCES || elements > most {
+            return Ok(None);
+        }
+        let work = grid.work(count, last);
         if work > *budget {
             return Ok(None);
         }

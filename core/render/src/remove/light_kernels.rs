@@ -119,6 +119,11 @@ impl KernelGrid {
         column
     }
 
+    /// Returns the number of samples of a kernel.
+    pub(super) fn kernel_area(&self) -> usize {
+        self.kernels[0].weights.len()
+    }
+
     /// Returns about how many multiplications the inner products of `count` columns of this region take.
     pub(super) fn work(&self, count: usize, last: (usize, usize)) -> f64 {
         let kernel = &self.kernels[0];

@@ -68,7 +68,7 @@ impl LightSources {
     }
 }
 
-/// A plate whose lights are sought.
+/// A plate that is searched for lights.
 pub(super) struct LightSearch<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) samples: &'a [f32],
