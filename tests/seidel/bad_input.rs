@@ -286,6 +286,20 @@ fn unknown_keys_and_other_versions() {
         &["manifest.json", "dept_m"],
     );
     refused(
+        |folder: &Path| {
+            let path = folder.join("set/manifest.json");
+            let text = fs::read_to_string(&path).expect("a manifest");
+            let mut set: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+            let first = set["observations"][0]
+                .as_object_mut()
+                .expect("an observation");
+            assert!(first.remove("depth_m").is_some());
+            fs::write(path, set.to_string()).expect("writable");
+        },
+        "fit @set -o @new.json --model moments",
+        &["set: depth_m", "is missing for some observations"],
+    );
+    refused(
         manifest("\"version\": 1", "\"version\": 7"),
         FIT,
         &["manifest.json", "version", "7"],

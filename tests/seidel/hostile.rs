@@ -9,8 +9,8 @@ use exr::prelude::{
 };
 
 use crate::support::{
-    listing, must_refuse, read_channel, seidel, seidel_in, succeeds, write_generated_set,
-    write_moments_lens, write_plate, write_pupil_lens,
+    listing, must_refuse, read_channel, real_data, seidel, seidel_in, succeeds,
+    write_generated_set, write_moments_lens, write_plate, write_pupil_lens,
 };
 
 /// Writes a smooth picture compressed by DWAA, with a text attribute.
@@ -242,4 +242,66 @@ fn provenance_holds_names_of_files_unless_paths_are_asked_for() {
     );
     assert!(!holds("none.exr", "seidel"));
     assert_eq!(bytes("none.exr"), bytes("same.exr"));
+}
+
+/// Files that once broke a command: each is refused by name, or has a finite result.
+#[test]
+fn files_that_broke_a_command_are_refused_or_rendered() {
+    let Some(data) = real_data("bad") else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    for entry in fs::read_dir(data).expect("a folder").flatten() {
+        if entry.path().is_file() {
+            fs::write(
+                folder.join(entry.file_name()),
+                fs::read(entry.path()).expect("readable"),
+            )
+            .expect("writable");
+        }
+    }
+    write_generated_set(folder, "set", &["R", "G", "B"]);
+    for line in [
+        "remove --lens @mom.json --distance 2.2 --lens-scale 0.3 @remove_nan.exr",
+        "apply --lens @mom.json --distance 2.2 --lens-scale 0.3 @fltmax.exr",
+        "apply --lens @mom.json --distance 2.2 --lens-scale 0.3 @overflow_nonfinite_fuzz.exr",
+    ] {
+        succeeds(folder, &format!("{line} -o @out.exr"));
+        for channel in ["R", "G", "B"] {
+            let samples = read_channel(&folder.join("out.exr"), channel);
+            assert!(samples.iter().all(|v| v.is_finite()), "{line}: {channel}");
+        }
+    }
+    for (line, parts) in [
+        (
+            "lut @dwa_alloc_abort.exr -o @no.exr --in-space ACEScg --out-space ACES2065-1",
+            ["dwa_alloc_abort.exr: is damaged", "total_ac_count"],
+        ),
+        (
+            "psf --lens @lens_huge_blur.json --like @set --out @no",
+            [
+                "lens_huge_blur.json: channels[0] (R): blur_variance_px2",
+                "10000 px²",
+            ],
+        ),
+        (
+            "psf --lens @lens_alloc_abort.json --like @set --out @no",
+            [
+                "lens_alloc_abort.json: channels[0] (R): blur_variance_px2",
+                "10000 px²",
+            ],
+        ),
+        (
+            "lut --list --ocio @alias_bomb.ocio",
+            ["alias_bomb.ocio: line 7", "1000000 values"],
+        ),
+    ] {
+        must_refuse(folder, line, &parts);
+    }
+    let info = succeeds(folder, "info @escape.exr").stdout;
+    assert!(
+        info.contains(r"\u001b[2J9.9") && !info.contains('\u{1b}'),
+        "{info}"
+    );
 }

@@ -42,6 +42,7 @@ mod residual;
 mod self_test;
 mod sequences;
 mod show;
+mod stored_profiles;
 mod support;
 mod verbose;
 mod view;

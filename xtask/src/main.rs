@@ -1,6 +1,6 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
-//! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `library` writes the lens library, `luts` the
-//! colour config and its tables, and `pictures` draws the pictures of `docs/`.
+//! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `endurance` long runs, `library` writes the lens
+//! library, `luts` the colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
 mod attack;
 mod bundle;
@@ -19,6 +19,7 @@ const USAGE: &str = "usage: cargo xtask TASK
   header                      write plugin/include/seidel.h
   attack [--minutes N] [--only TARGET,..] [OPTIONS]
                               damage inputs, kill runs and fill disks; `attack --help` lists the options
+  endurance [RUN..]           long runs: sequence, c-abi, node, or all; `attack --help` lists the options
   bundle [--target TRIPLE] [--install [--to FOLDER]]
                               build the OpenFX bundle, and install it
   dist [--target TRIPLE] [--to FOLDER]
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         "tidy" => tidy::run(&root),
         "header" => header::write(&root),
         "attack" => attack::run(&root, arguments),
+        "endurance" => attack::endurance(&root, arguments),
         "dist" => dist::run(&root, arguments),
         "bundle" => bundle::run(&root, arguments),
         "library" => library::run(&root, arguments),

@@ -96,7 +96,7 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     let bar = console.progress_bar("fitting");
     let fitted = fit::fit(&sets, &settings, &|share| bar.show(share));
     drop(bar);
-    let mut fit = fitted?;
+    let mut fit = fitted.map_err(|e| e.within(&args.set_names()))?;
     args.write(fit.lens_mut())?;
     match &fit {
         Fit::Moments(fit) if args.json => console.print(moments::report_json(fit, &skipped)),
@@ -111,6 +111,13 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
 }
 
 impl FitArgs {
+    /// Returns the paths of all sets, for errors.
+    fn set_names(&self) -> String {
+        let names = self.observations.iter();
+        let names: Vec<_> = names.map(|path| path.display().to_string()).collect();
+        names.join(", ")
+    }
+
     /// Returns the settings of the fit. Reads the test image if one is given.
     fn settings(&self) -> Result<FitSettings, CommandError> {
         Ok(FitSettings {

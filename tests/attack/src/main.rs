@@ -1,5 +1,5 @@
 //! Hostile runs of Seidel: damaged inputs in every reader, hostile calls of the C ABI, and runs of the whole command
-//! that are killed, out of space or deprived of their inputs.
+//! that are killed, out of space or deprived of their inputs. Also long runs (`endurance`).
 //!
 //! A supervisor starts worker processes of this binary. A worker runs cases of one target and reports each over a pipe, so
 //! that an abort or a hang ends a worker only. Every case is a function of target, seed and number.
@@ -7,6 +7,7 @@
 
 mod allocator;
 mod case;
+mod endurance;
 mod finding;
 mod log;
 mod mutations;
@@ -42,10 +43,14 @@ fn main() -> ExitCode {
     if let Some(target) = &options.worker {
         return worker::run(target, &options);
     }
-    match supervisor::run(&options) {
+    let (result, what) = match options.endurance {
+        Some(_) => (endurance::run(&options), "failures"),
+        None => (supervisor::run(&options), "findings"),
+    };
+    match result {
         Ok(0) => ExitCode::SUCCESS,
-        Ok(findings) => {
-            eprintln!("{findings} findings");
+        Ok(count) => {
+            eprintln!("{count} {what}");
             ExitCode::FAILURE
         }
         Err(problem) => {

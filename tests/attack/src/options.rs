@@ -37,6 +37,12 @@ pub(crate) struct Options {
     /// List the targets
     #[arg(long)]
     pub(crate) targets: bool,
+    /// Long runs instead of an attack: sequence, c-abi, node, separated by commas; all without a name
+    #[arg(long, value_name = "RUN,..", value_delimiter = ',', num_args = 0..)]
+    pub(crate) endurance: Option<Vec<String>>,
+    /// Repetitions of each long run
+    #[arg(long, value_name = "N", requires = "endurance")]
+    pub(crate) repeats: Option<usize>,
     /// The `seidel` command to attack; that of this binary if omitted
     #[arg(long, value_name = "PATH")]
     pub(crate) program: Option<PathBuf>,

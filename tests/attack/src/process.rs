@@ -11,8 +11,11 @@ use crate::allocator::BOUND_BYTES;
 use crate::case::Case;
 use crate::finding::Kind;
 
-/// Time after which a run is killed.
-const HUNG: Duration = Duration::from_secs(20);
+/// Time after which a run is killed: also on a machine with much else to do.
+const HUNG: Duration = Duration::from_secs(120);
+
+/// Processor time after which a run is killed, seconds.
+const HUNG_PROCESSOR_S: u64 = 20;
 
 /// Memory of the command before it reads anything, bytes: its code, and stacks of its threads.
 const BASELINE_BYTES: usize = 128 << 20;
@@ -38,6 +41,8 @@ pub(crate) struct Ended {
     pub(crate) stderr: String,
     /// Largest resident memory, bytes.
     pub(crate) memory: usize,
+    /// Time of the processor, seconds.
+    pub(crate) processor_s: f64,
     /// Whether the limit of the length of files cut the message.
     pub(crate) is_cut: bool,
     /// Whether it was killed because it did not end.
@@ -74,6 +79,7 @@ impl Run {
         let limit = move || {
             limit_resource(libc::RLIMIT_AS, ADDRESS_BYTES);
             limit_resource(libc::RLIMIT_CORE, 0);
+            limit_resource(libc::RLIMIT_CPU, HUNG_PROCESSOR_S);
             if let Some(bytes) = file_limit {
                 limit_resource(libc::RLIMIT_FSIZE, bytes);
                 // SAFETY: without an action a write over the limit fails, as on a full disk, instead of ending the process.
@@ -142,6 +148,8 @@ impl Running {
                         .is_some_and(|limit| stderr.len() as u64 >= limit),
                     stderr: String::from_utf8_lossy(&stderr).into_owned(),
                     memory: usage.ru_maxrss as usize * 1024,
+                    processor_s: (usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) as f64
+                        + (usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) as f64 * 1e-6,
                     is_hung,
                 };
             }
@@ -170,6 +178,12 @@ pub(crate) fn check_end(case: &mut Case, ended: &Ended, names: &Names) {
         return;
     }
     if let Some(signal) = ended.signal {
+        // The hard limit on the time of the processor kills.
+        if signal == libc::SIGKILL && ended.processor_s >= HUNG_PROCESSOR_S as f64 - 1.0 {
+            let text = format!("no end within {HUNG_PROCESSOR_S} s of the processor");
+            case.report(Kind::Slow, text);
+            return;
+        }
         case.report(Kind::Abort, format!("signal {signal}: {stderr}"));
         return;
     }
@@ -198,12 +212,14 @@ pub(crate) fn check_end(case: &mut Case, ended: &Ended, names: &Names) {
     }
 }
 
-/// Reports partial outputs in the folder of the case and those below it.
+/// Reports and removes partial outputs in the folder of the case and those below it.
 pub(crate) fn check_leftovers(case: &mut Case, folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         if name.starts_with(".seidel-") && name.ends_with(".part") {
             case.report(Kind::Leftover, name);
+            // The next case begins without it.
+            remove(&entry.path());
         } else if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             check_leftovers(case, &entry.path());
         }

@@ -70,6 +70,7 @@ const ALLOWED: [(&str, &[&str]); 19] = [
             "seidel-colour",
             "seidel-core",
             "seidel-image-io",
+            "seidel-ofx-host",
             "seidel-plugin",
         ],
     ),

@@ -6,6 +6,12 @@ use crate::distance::ObjectDistance;
 use crate::effects::ControlRatios;
 use crate::error::{Error, ErrorKind, Result};
 
+/// Least f-number of a lens in air, whose image is lit from all sides.
+const LEAST_F_NUMBER: f64 = 0.5;
+
+/// Largest radius of the pupil over that at which the lens was measured: from f/128 to f/0.5.
+const MAX_PUPIL_RATIO: f64 = 256.0;
+
 /// Lens controls that differ from the measured ones; `None` keeps the measured value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Controls {
@@ -118,11 +124,13 @@ impl LensProfile {
 
     /// Returns the radius of the pupil at `f_number` over the measured one.
     fn pupil_ratio(&self, f_number: f64) -> Result<f64> {
-        if !(f_number.is_finite() && f_number > 0.0) {
+        if !(f_number.is_finite() && f_number >= LEAST_F_NUMBER) {
             return Err(Error::new(
                 "f-number",
                 format!("is {f_number}"),
-                "give a number greater than zero",
+                format!(
+                    "give at least {LEAST_F_NUMBER}, greater than zero: no lens in air is wider"
+                ),
             ));
         }
         let measured = known(
@@ -130,7 +138,17 @@ impl LensProfile {
             "camera.f_number",
             "the f-number at which the lens was measured",
         )?;
-        Ok(measured / f_number)
+        let ratio = measured / f_number;
+        if ratio > MAX_PUPIL_RATIO {
+            return Err(Error::new(
+                "f-number",
+                format!("is {f_number} for a lens that was measured at f/{measured}"),
+                format!(
+                    "the pupil may be at most {MAX_PUPIL_RATIO} times as wide as measured; check `camera.f_number` of the profile"
+                ),
+            ));
+        }
+        Ok(ratio)
     }
 }
 

@@ -175,10 +175,14 @@ pub trait PsfModel: Send + Sync {
     }
 
     /// [`PsfModel::draw_rows`] for kernels that are interpolated between places: the error may be that of interpolation.
+    ///
+    /// Weights farther than `reach` columns and rows from the source pixel are not needed. They may be left out of the
+    /// rows, and count in their sum all the same.
     fn draw_interpolated_rows(
         &self,
         blur: &LocalBlur,
         shift_px: (f64, f64),
+        _reach: Option<[i32; 2]>,
         rows: &mut KernelRows,
     ) {
         self.draw_rows(blur, shift_px, rows);

@@ -54,9 +54,14 @@ impl KernelRows {
         })
     }
 
-    /// Returns the sum of all weights, which is positive.
+    /// Returns the sum of all weights of the kernel, which is positive.
     pub fn sum(&self) -> f64 {
         self.sum
+    }
+
+    /// Sets the sum of a kernel of which the rows hold a part.
+    pub(super) fn set_sum(&mut self, sum: f64) {
+        self.sum = sum;
     }
 
     /// Returns the columns that hold weights, relative to the source pixel, including padding.
@@ -240,6 +245,7 @@ impl KernelRows {
     fn clear(&mut self) {
         self.spans.clear();
         self.sum = 0.0;
+        (self.columns, self.rows) = (0..0, 0..0);
     }
 
     /// Reserves space for `height` spans over `width` columns. The buffer only grows; stale weights are overwritten
@@ -300,6 +306,28 @@ impl KernelGrid {
                 height: (bottom - top) as usize + 1,
             },
         }
+    }
+
+    /// Returns the pixels within `reach` columns and rows of the source pixel, at least one; `None` if these are all.
+    pub(super) fn cropped(&self, reach: [i32; 2]) -> Option<Self> {
+        let near = |first: i32, count: usize, reach: i32| {
+            let last = first + count as i32 - 1;
+            let start = (-reach).clamp(first, last);
+            start..reach.clamp(start, last) + 1
+        };
+        let columns = near(self.left, self.samples.width, reach[0]);
+        let rows = near(self.top, self.samples.height, reach[1]);
+        let part = Self {
+            left: columns.start,
+            top: rows.start,
+            samples: SampleGrid {
+                first_x_px: self.samples.first_x_px + f64::from(columns.start - self.left),
+                first_y_px: self.samples.first_y_px + f64::from(rows.start - self.top),
+                width: columns.len(),
+                height: rows.len(),
+            },
+        };
+        (part.samples.len() < self.samples.len()).then_some(part)
     }
 }
 

@@ -5,6 +5,7 @@ use super::lens_probe::LensProbe;
 use super::passband;
 use super::stencil::Stencil;
 use super::tile_grid::{GridIndex, TileGrid};
+use crate::Edges;
 use crate::scatter::Source;
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -67,6 +68,13 @@ type ChannelStencils = Vec<Option<Arc<Stencil>>>;
 /// Margin by which kernels of a coarse level may reach farther than those of the plate, pixels of the level.
 const ROOM_PX: f64 = 2.0 + passband::SIDE_TAPS as f64;
 
+/// Area of a kernel over that of its part that lands on the plate, beyond which only the part is drawn.
+const LARGE_KERNEL: f64 = 8.0;
+
+/// Area of a stencil over that of its part with sources on the plate, beyond which only the part is computed. It is four in the
+/// corner of a plate with a narrow blur.
+const LARGE_STENCIL: usize = 4;
+
 /// Kernels drawn at nodes, mirrored.
 struct NodeKernels {
     kernels: SparseGrid<ChannelStencils>,
@@ -83,8 +91,9 @@ pub(super) fn compute(
     grid: &TileGrid,
     wanted: &BTreeSet<GridIndex>,
     reach: i32,
+    edges: Edges,
 ) -> Result<SparseGrid<MixStencils>> {
-    let nodes = node_kernels(lens, grid, wanted, reach)?;
+    let nodes = node_kernels(lens, grid, wanted, reach, edges)?;
     let list: Vec<_> = wanted.iter().copied().collect();
     // Channels are truncated before they are mixed: a mix of planes is then blurred exactly as its planes are.
     let stencils: Vec<MixStencils> = list
@@ -95,7 +104,7 @@ pub(super) fn compute(
                     let used = lens.is_used(channel);
                     used.then(|| {
                         let share = lens.tolerance.truncated_share;
-                        Arc::new(corner_stencil(grid, &nodes, channel, *corner, share))
+                        Arc::new(corner_stencil(grid, &nodes, channel, *corner, edges, share))
                     })
                 })
                 .collect();
@@ -128,7 +137,8 @@ pub(super) fn source_kernels(
         )
     };
     let all: BTreeSet<GridIndex> = nodes.iter().map(inside).collect();
-    let drawn = draw_all(lens, grid, &all, Truncation::ForScattering)?;
+    let farthest = Some(farthest_offset(grid));
+    let drawn = draw_all(lens, grid, &all, Truncation::ForScattering, farthest)?;
     let kernels = drawn.into_par_iter().map(|channels| {
         let mixes = lens.mixes.iter();
         mixes.map(|mix| mixed(&channels, mix).mirrored()).collect()
@@ -150,6 +160,7 @@ fn node_kernels(
     grid: &TileGrid,
     wanted: &BTreeSet<GridIndex>,
     reach: i32,
+    edges: Edges,
 ) -> Result<NodeKernels> {
     // The bound must not depend on which corners are wanted.
     let reach = f64::from(reach) / grid.step() + ROOM_PX;
@@ -158,7 +169,9 @@ fn node_kernels(
     let reaches = reaches(lens, grid, &all)?;
     let corners = AreaCounts::new(wanted);
     all.retain(|node| corners.any_within(*node, reaches[node]));
-    let drawn = draw_all(lens, grid, &all, Truncation::ForStencils)?;
+    // Light that leaves a mirrored plate is gathered too.
+    let farthest = (edges == Edges::Black).then(|| farthest_offset(grid));
+    let drawn = draw_all(lens, grid, &all, Truncation::ForStencils, farthest)?;
     let mut kernels = SparseGrid::covering(&all);
     for (node, channels) in all.into_iter().zip(drawn) {
         kernels.put(node, channels);
@@ -250,11 +263,13 @@ impl AreaCounts {
     }
 }
 
+/// Draws the kernels at `nodes`, their weights at offsets up to `reach` along x and y or all.
 fn draw_all(
     lens: &LensProbe,
     grid: &TileGrid,
     nodes: &BTreeSet<GridIndex>,
     truncation: Truncation,
+    reach: Option<[i32; 2]>,
 ) -> Result<Vec<ChannelStencils>> {
     let list: Vec<_> = nodes.iter().copied().collect();
     let narrowest = lens.tolerance.min_sigma_for(lens.model);
@@ -263,7 +278,7 @@ fn draw_all(
         grid,
         compensation: passband::compensation_filter(grid.level, narrowest),
         truncation,
-        reach: (truncation == Truncation::ForScattering).then(|| farthest_offset(grid)),
+        reach,
         narrowest,
     };
     list.par_iter()
@@ -305,14 +320,16 @@ impl KernelPen<'_> {
         // Others are drawn as quickly as found.
         let store = (self.lens.kernels).filter(|_| self.lens.model.needs_rays());
         let mut kernel = |source: &Source| {
-            let Some(store) = store else {
-                return Arc::new(self.drawn(source, rows, self.reach));
+            let reach = self.drawn_reach(source);
+            let drawn = match store {
+                Some(store) => {
+                    store.kernel(&self.key(source, reach), || self.drawn(source, rows, reach))
+                }
+                None => Arc::new(self.drawn(source, rows, reach)),
             };
-            // Plates of every size share the kernels of the store.
-            let whole = store.kernel(&self.key(source), || self.drawn(source, rows, None));
-            match self.reach.and_then(|reach| whole.cropped(reach)) {
+            match self.reach.and_then(|reach| drawn.cropped(reach)) {
                 Some(part) => Arc::new(part),
-                None => whole,
+                None => drawn,
             }
         };
         Ok(found
@@ -321,9 +338,25 @@ impl KernelPen<'_> {
             .collect())
     }
 
-    fn key(&self, source: &Source) -> KernelKey {
+    /// Returns the reach to which the kernel of `source` is drawn, pixels of the level; `None` for all of it.
+    ///
+    /// Plates of every size share kernels that rays draw. Only one much larger than the plate is drawn for that plate alone: it
+    /// may take a thousand times the work of the part that lands there.
+    fn drawn_reach(&self, source: &Source) -> Option<[i32; 2]> {
+        let reach = self.reach?;
+        if !self.lens.model.needs_rays() {
+            return Some(reach);
+        }
+        // The radius of a disc of that variance.
+        let radius = (2.0 * source.blur.moments.trace().max(0.0)).sqrt() / self.grid.step();
+        let [x, y] = reach.map(|px| radius.min(f64::from(px)));
+        (radius * radius > LARGE_KERNEL * x * y).then_some(reach)
+    }
+
+    fn key(&self, source: &Source, reach: Option<[i32; 2]>) -> KernelKey {
         KernelKey {
             source: *source,
+            reach,
             model: self.lens.model.id(),
             level: self.grid.level,
             truncation: self.truncation,
@@ -338,10 +371,10 @@ impl KernelPen<'_> {
         let (model, level) = (self.lens.model, self.grid.level);
         let scale = 1.0 / self.grid.step();
         let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
-        model.draw_interpolated_rows(&source.blur.rescaled(scale), shift, rows);
         // The filters below take weights from this far beyond.
         let margin = passband::SIDE_TAPS as i32 + 1;
         let near = reach.map(|reach| reach.map(|px| px + margin));
+        model.draw_interpolated_rows(&source.blur.rescaled(scale), shift, near, rows);
         let mut stencil = Stencil::from_kernel(rows, near);
         if model.needs_rays() && level > 0 {
             // Rays are integrated over whole pixels of the level instead of the plate's.
@@ -384,9 +417,13 @@ fn corner_stencil(
     nodes: &NodeKernels,
     channel: usize,
     corner: GridIndex,
+    edges: Edges,
     truncated_share: f64,
 ) -> Stencil {
-    let (columns, rows) = source_offsets(grid, nodes, channel, corner);
+    let (mut columns, mut rows) = source_offsets(grid, nodes, channel, corner);
+    if edges == Edges::Black {
+        (columns, rows) = on_plate(grid, corner, columns, rows);
+    }
     let mut out = Stencil::zeros(columns.clone(), rows.clone());
     if columns.is_empty() || rows.is_empty() {
         return out;
@@ -404,6 +441,31 @@ fn corner_stencil(
     }
     out.trim(truncated_share);
     out
+}
+
+/// Returns the part of the offsets of a `corner` at which targets in its tiles have sources on the plate. Where that would leave
+/// out little, all are returned: stencils are truncated by their light.
+fn on_plate(
+    grid: &TileGrid,
+    corner: GridIndex,
+    columns: Range<i32>,
+    rows: Range<i32>,
+) -> (Range<i32>, Range<i32>) {
+    let (tile, room) = (grid.tile as i32, 4 * ROOM_PX as i32);
+    let part = |offsets: &Range<i32>, at: i32, last: i32| {
+        let first = -(at + 1) * tile - room;
+        let end = (last + 1 - at) * tile + room + 1;
+        let start = offsets.start.max(first);
+        start..offsets.end.min(end).max(start)
+    };
+    let near_columns = part(&columns, corner.column, grid.last[0]);
+    let near_rows = part(&rows, corner.row, grid.last[1]);
+    let area = |columns: &Range<i32>, rows: &Range<i32>| columns.len() * rows.len();
+    if area(&columns, &rows) > LARGE_STENCIL * area(&near_columns, &near_rows) {
+        (near_columns, near_rows)
+    } else {
+        (columns, rows)
+    }
 }
 
 impl NodeKernels {

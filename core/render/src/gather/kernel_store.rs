@@ -35,6 +35,8 @@ pub(super) enum Truncation {
 pub(super) struct KernelKey {
     /// In plate pixels.
     pub(super) source: Source,
+    /// Bound of the offsets of weights along x and y, pixels of the level, if the kernel is cut there.
+    pub(super) reach: Option<[i32; 2]>,
     /// Id of the PSF model.
     pub(super) model: &'static str,
     /// Pyramid level.
@@ -60,7 +62,7 @@ impl KernelKey {
             self.source.shift_px.1,
         ];
         numbers.map(f64::to_bits).hash(&mut hasher);
-        (self.level, self.truncation).hash(&mut hasher);
+        (self.level, self.truncation, self.reach).hash(&mut hasher);
         hasher.finish()
     }
 }
@@ -210,6 +212,7 @@ mod tests {
                 blur: LocalBlur::from_moments(moments, Meridian::X),
                 shift_px: (0.0, 0.0),
             },
+            reach: None,
             model: "gaussian",
             level: 0,
             truncation: Truncation::ForScattering,
@@ -239,6 +242,10 @@ mod tests {
             key(2.5),
             moved,
             KernelKey { level: 1, ..first },
+            KernelKey {
+                reach: Some([40, 30]),
+                ..first
+            },
             KernelKey {
                 truncation: Truncation::ForStencils,
                 ..first

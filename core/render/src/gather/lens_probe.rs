@@ -219,8 +219,9 @@ impl LensProbe<'_> {
         self.sources_at(at, &mut found)?;
         let drawn = found.iter().flatten().map(|source| {
             let shift = (source.shift_px.0 / step, source.shift_px.1 / step);
+            let blur = source.blur.rescaled(1.0 / step);
             self.model
-                .draw_interpolated_rows(&source.blur.rescaled(1.0 / step), shift, &mut rows);
+                .draw_interpolated_rows(&blur, shift, None, &mut rows);
             Stencil::from_kernel(&rows, None)
         });
         Ok(drawn.collect())

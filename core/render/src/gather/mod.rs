@@ -313,7 +313,8 @@ impl Job<'_> {
         let plan = self.plan(lit, sides)?;
         let stencils = plan.levels.iter().map(|level| {
             let corners = corners_of(&level.gathered);
-            corner_stencils::compute(&self.lens, &level.grid, &corners, plan.reach)
+            let (reach, edges) = (plan.reach, self.scene.edges);
+            corner_stencils::compute(&self.lens, &level.grid, &corners, reach, edges)
         });
         Ok(GatherPass {
             stencils: stencils.collect::<Result<_>>()?,

@@ -13,11 +13,11 @@ use crate::finding::{Finding, Kind};
 use crate::options::Options;
 use crate::targets::{Sort, Target};
 
-/// Time after which a case counts as hung.
-const HUNG: Duration = Duration::from_secs(25);
+/// Time after which a case counts as hung: also on a machine with much else to do.
+const HUNG: Duration = Duration::from_secs(120);
 
 /// The same for whole programs, whose runs the worker itself limits.
-const HUNG_PROGRAM: Duration = Duration::from_secs(240);
+const HUNG_PROGRAM: Duration = Duration::from_secs(600);
 
 /// Most restarts within a slice: a target that fails this often has been found out.
 const MAX_RESTARTS: usize = 200;

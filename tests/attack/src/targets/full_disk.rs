@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::fs::File;
 
-use super::program::{COMMANDS, Program, known_names};
+use super::program::{COMMANDS, Program, command_of, known_names};
 use super::{Attack, Sort, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
@@ -42,7 +42,7 @@ impl Attack for FullDisk {
     }
 
     fn run(&mut self, case: &mut Case) {
-        let line = COMMANDS[case.seed_index(COMMANDS.len())];
+        let line = command_of(case);
         let words: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
         for name in OUTPUTS {
             remove(&case.folder.join(name));

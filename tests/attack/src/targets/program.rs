@@ -16,7 +16,7 @@ use crate::mutations::{BINARY, EXR, JSON, Mutation, PNG, TEXT, TIFF, text};
 use crate::process::{Names, Run, check_end, check_leftovers, remove};
 use crate::seeds::{self, exr, photographs, raster, texts};
 
-pub(crate) use commands::COMMANDS;
+pub(crate) use commands::{COMMANDS, command_of};
 
 pub(crate) static TARGET: Target = Target {
     name: "program",
@@ -129,7 +129,7 @@ impl Attack for Program {
     }
 
     fn run(&mut self, case: &mut Case) {
-        let line = COMMANDS[case.seed_index(COMMANDS.len())];
+        let line = command_of(case);
         let mut words: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
         for name in OUTPUTS {
             remove(&case.folder.join(name));
@@ -178,7 +178,11 @@ pub(crate) fn known_names(words: &[OsString]) -> Vec<String> {
         .map(str::to_owned)
         .collect();
     known.extend(names);
-    known.push(r"\u001b[2J".to_owned());
+    // A channel of a file is named without its file, and the file without its channel.
+    let files = known.iter().filter_map(|word| word.split_once(':'));
+    let files: Vec<String> = files.map(|(file, _)| file.to_owned()).collect();
+    known.extend(files.into_iter().filter(|file| !file.is_empty()));
+    known.extend([r"\u001b[2J", r"\u202ex"].map(str::to_owned));
     known.extend(
         [
             "manifest.json",

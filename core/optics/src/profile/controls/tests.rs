@@ -213,6 +213,8 @@ fn invalid_controls_are_rejected_with_a_remedy() {
     }]);
     let mut bare = lens.clone();
     bare.camera = Camera::default();
+    let mut dark = lens.clone();
+    dark.camera.f_number = Some(1e9);
     let one_metre = focus(ObjectDistance::Metres(1.0));
     for (lens, controls, expected) in [
         (&moments, f_number(4.0), "--model reduced"),
@@ -221,6 +223,8 @@ fn invalid_controls_are_rejected_with_a_remedy() {
         (&lens, focus(ObjectDistance::Unknown), "is unknown"),
         (&lens, f_number(0.0), "f-number"),
         (&lens, f_number(f64::NAN), "f-number"),
+        (&lens, f_number(0.49), "give at least 0.5"),
+        (&dark, f_number(0.7), "`camera.f_number`"),
         (&bare, f_number(4.0), "camera.f_number"),
         (&bare, shift(10.0), "camera.focal_length_mm"),
         (&lens, shift(f64::INFINITY), "sensor shift"),

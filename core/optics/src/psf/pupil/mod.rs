@@ -364,7 +364,7 @@ impl PsfModel for Pupil {
 
     /// Draws with [`Detail::RENDER`].
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
-        draw_rows_with(Detail::RENDER, blur, shift_px, rows);
+        draw_rows_with(Detail::RENDER, blur, shift_px, None, rows);
     }
 
     /// Draws with [`Detail::INTERPOLATED`].
@@ -372,18 +372,29 @@ impl PsfModel for Pupil {
         &self,
         blur: &LocalBlur,
         shift_px: (f64, f64),
+        reach: Option<[i32; 2]>,
         rows: &mut KernelRows,
     ) {
-        draw_rows_with(Detail::INTERPOLATED, blur, shift_px, rows);
+        draw_rows_with(Detail::INTERPOLATED, blur, shift_px, reach, rows);
     }
 }
 
-/// Draws the kernel of `blur` with `detail`.
-fn draw_rows_with(detail: Detail, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
+/// Draws the kernel of `blur` with `detail`: all of it, or what lies within `reach` columns and rows of the source pixel.
+fn draw_rows_with(
+    detail: Detail,
+    blur: &LocalBlur,
+    shift_px: (f64, f64),
+    reach: Option<[i32; 2]>,
+    rows: &mut KernelRows,
+) {
     let pupil = rays(blur);
     let centroid = pupil.centroid();
     let extent = Extent::of(&pupil);
-    let grid = KernelGrid::new(&extent.kernel_bounds(&pupil, centroid), shift_px);
+    let whole = KernelGrid::new(&extent.kernel_bounds(&pupil, centroid), shift_px);
+    // The light of diffraction and of the sensor is divided by its sum over the whole kernel.
+    let of_rays = !pupil.diffracts() && pupil.sensor.is_ideal();
+    let part = (reach.filter(|_| of_rays)).and_then(|reach| whole.cropped(reach));
+    let grid = part.unwrap_or(whole);
     let window = grid.samples;
     let (mut space, mut drawn) = std::mem::take(&mut rows.scratch);
     let pixels = tile_grid(&window, centroid);
@@ -397,6 +408,9 @@ fn draw_rows_with(detail: Detail, blur: &LocalBlur, shift_px: (f64, f64), rows: 
         &mut drawn,
     );
     rows.copy_from_image(&drawn.light, grid.left, grid.top, window.width);
+    if part.is_some() {
+        rows.set_sum(1.0);
+    }
     rows.scratch = (space, drawn);
 }
 

@@ -131,3 +131,35 @@ fn plates_too_small_for_a_grid_have_an_adjoint() {
         }
     }
 }
+
+/// Only the part of the kernels that lands on the plate is computed.
+#[test]
+fn a_blur_much_wider_than_the_plate_has_an_adjoint() {
+    let lens = TestLens {
+        rays: true,
+        centre: 1.0,
+        ..lens(300.0)
+    };
+    let (width, height) = (48, 40);
+    let scene = Scene {
+        width,
+        height,
+        edges: Edges::Black,
+        ..scene(&lens, &Pupil)
+    };
+    let weights = super::WEIGHTS.map(|w| w.to_vec());
+    let operator = Operator::new(&scene, &weights, Quality::Final).expect("a sound scene");
+    let mut light = vec![0.0; width * height];
+    (light[0], light[900]) = (2e6, 1e6);
+    let blurred = operator
+        .apply(&[light.clone(), light.clone()])
+        .expect("planes");
+    let exact = render(&crate::Scatter, &scene, &light);
+    for (found, exact) in blurred.iter().flatten().zip(exact.iter().flatten()) {
+        assert!((found - exact).abs() < 0.02 * exact, "{found} {exact}");
+    }
+    let y = vec![noise(3, light.len()), noise(4, light.len())];
+    let back = operator.adjoint(&y).expect("planes");
+    let apart = (dot(&blurred, &y) - dot(&[light.clone(), light], &back)).abs();
+    assert!(apart < 1e-6 * norm(&blurred) * norm(&y), "{apart}");
+}

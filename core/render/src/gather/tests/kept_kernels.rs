@@ -45,3 +45,37 @@ fn a_second_render_draws_nothing_new() {
     assert!(sizes[0] > 0);
     assert_eq!(sizes[0], sizes[1]);
 }
+
+/// The kernels of this blur hold millions of weights, of which a few thousand land on the plate.
+#[test]
+fn a_blur_much_wider_than_the_plate_is_drawn_where_it_lands() {
+    let lens = TestLens {
+        centre: 1.0,
+        ..rays(350.0)
+    };
+    let (width, height) = (48, 32);
+    let scene = Scene {
+        width,
+        height,
+        edges: Edges::Black,
+        ..scene(&lens, &Pupil)
+    };
+    let mut light = vec![0.0; width * height];
+    // More pixels than count as a highlight, which would be drawn exactly.
+    for row in light.chunks_exact_mut(width).skip(9).take(5) {
+        row[3..11].fill(1e5);
+    }
+    let store = KernelStore::default();
+    let with = |kernels| {
+        let quality = Quality::Draft;
+        render(&Gather { quality, kernels }, &scene, &light)
+    };
+    let found = with(Some(&store));
+    assert_eq!(found, with(None));
+    // A whole kernel takes 15 MB, which the store does not keep.
+    assert!((1..32 << 20).contains(&store.bytes()), "{}", store.bytes());
+    let exact = render(&Scatter, &scene, &light);
+    for (found, exact) in found.iter().flatten().zip(exact.iter().flatten()) {
+        assert!((found - exact).abs() < 0.02 * exact, "{found} {exact}");
+    }
+}

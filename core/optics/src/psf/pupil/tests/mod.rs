@@ -411,3 +411,44 @@ fn edges_and_triangles_draw_the_same_light() {
         }
     }
 }
+
+#[test]
+fn a_kernel_within_a_reach_is_that_part_of_the_whole() {
+    let numbers = ReducedNumbers {
+        alpha: 40.0,
+        beta: 6.0,
+        gamma: 5.0,
+        delta: 7.0,
+        phi: 2.0,
+    };
+    let at = FieldPoint::new(0.5, -0.3);
+    let blur = LocalBlur::from_pupil(clipped(&numbers, at, 1.3), at.meridian());
+    let weights = |rows: &KernelRows| -> std::collections::BTreeMap<(i32, i32), f64> {
+        let spans = rows.spans().flat_map(|span| {
+            let weights = span.weights.iter().zip(span.column..);
+            weights.map(move |(w, column)| ((span.row, column), f64::from(*w)))
+        });
+        spans.map(|(at, w)| (at, w / rows.sum())).collect()
+    };
+    let (mut whole, mut part) = (KernelRows::default(), KernelRows::default());
+    for shift in [(0.3, -0.6), (30.2, 4.0), (-300.0, 0.0)] {
+        Pupil.draw_interpolated_rows(&blur, shift, None, &mut whole);
+        let whole = weights(&whole);
+        let peak = whole.values().copied().fold(0.0, f64::max);
+        for reach in [[9, 4], [0, 0], [25, 900], [900, 900]] {
+            Pupil.draw_interpolated_rows(&blur, shift, Some(reach), &mut part);
+            let part = weights(&part);
+            let near =
+                |&(row, column): &(i32, i32)| row.abs() <= reach[1] && column.abs() <= reach[0];
+            let wanted = whole.keys().filter(|at| near(at)).count();
+            assert!(part.len() >= wanted, "{shift:?} {reach:?}");
+            for at in whole.keys().chain(part.keys()).filter(|at| near(at)) {
+                let [a, b] = [&whole, &part].map(|w| w.get(at).copied().unwrap_or(0.0));
+                assert!(
+                    (a - b).abs() < 1e-5 * peak,
+                    "{shift:?} {reach:?} {at:?}: {a} {b}"
+                );
+            }
+        }
+    }
+}
