@@ -10,7 +10,7 @@ use indicatif::{ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
 /// The option of all commands that take long.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct ProgressArgs {
     /// Progress on stderr

@@ -5,9 +5,10 @@
 mod canvas;
 pub mod comparison;
 pub mod display;
-pub mod light_sheet;
+pub mod measured_sheet;
 pub mod plate_gap;
 pub mod plot;
+pub mod printed;
 mod psf_panel;
 pub mod shapes;
 pub mod sheet;

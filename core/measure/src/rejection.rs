@@ -1,8 +1,8 @@
-//! Lights that were left out, with the reason.
+//! Lights and blocks that were left out, with the reason.
 
 use std::fmt;
 
-/// The reason for leaving out a light.
+/// The reason for leaving out a light or a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {
     /// Pixels of the light reach the clipping level.
@@ -21,11 +21,15 @@ pub enum Reason {
     Dust,
     /// The light moved between photographs.
     Moved,
+    /// A block of a chart lies elsewhere than its neighbours say.
+    Registration,
+    /// A block of a chart has too little contrast.
+    LowContrast,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Clipped,
         Self::Double,
         Self::HotPixel,
@@ -34,6 +38,8 @@ impl Reason {
         Self::UnlikeNeighbours,
         Self::Dust,
         Self::Moved,
+        Self::Registration,
+        Self::LowContrast,
     ];
 
     /// Returns the name in files.
@@ -47,6 +53,8 @@ impl Reason {
             Self::UnlikeNeighbours => "unlike_neighbours",
             Self::Dust => "dust",
             Self::Moved => "moved",
+            Self::Registration => "registration",
+            Self::LowContrast => "low_contrast",
         }
     }
 
@@ -61,6 +69,8 @@ impl Reason {
             Self::UnlikeNeighbours => "departure in standard deviations",
             Self::Dust => "transmission of the darkest pixel",
             Self::Moved => "motion, px",
+            Self::Registration => "departure of the centroid from the smooth map, px",
+            Self::LowContrast => "contrast, or fine detail of the chart over the largest",
         }
     }
 }
@@ -71,7 +81,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// A light that was left out.
+/// A light or a block that was left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// Index of the photograph.

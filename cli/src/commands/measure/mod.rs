@@ -1,10 +1,15 @@
-//! `seidel measure`: from photographs to an observation set, one kind of photograph per file.
+//! `seidel measure`: from photographs to an observation set, one kind of photograph per file; charts and plans.
 
+mod chart;
 mod common;
 mod fitted;
 mod left_out;
 mod lights;
+mod output;
+mod pair;
 mod photographs;
+mod plan;
+mod print;
 
 use clap::Subcommand;
 
@@ -17,6 +22,14 @@ use crate::progress::ProgressArgs;
 pub enum MeasureCommand {
     /// Find point lights (pinholes, LEDs, stars) and cut a PSF tile around each
     Lights(Box<lights::LightsArgs>),
+    /// Compare a printed or shown chart with its picture: PSFs block by block
+    Chart(Box<chart::ChartArgs>),
+    /// Compare a blurred photograph with a sharp one of the same scene from the same place
+    Pair(Box<pair::PairArgs>),
+    /// Draw a chart to print or to show on a screen, sized for the expected blur
+    Print(print::PrintArgs),
+    /// Plan the photographs: distances, sizes of lights and charts, exposure
+    Plan(plan::PlanArgs),
 }
 
 impl MeasureCommand {
@@ -24,6 +37,9 @@ impl MeasureCommand {
     pub(super) fn progress(&self) -> ProgressArgs {
         match self {
             Self::Lights(args) => args.common.progress,
+            Self::Chart(args) => args.common.progress,
+            Self::Pair(args) => args.common.progress,
+            Self::Print(_) | Self::Plan(_) => ProgressArgs::default(),
         }
     }
 }
@@ -31,5 +47,9 @@ impl MeasureCommand {
 pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(), CommandError> {
     match command {
         MeasureCommand::Lights(args) => lights::run(args, console),
+        MeasureCommand::Chart(args) => chart::run(args, console),
+        MeasureCommand::Pair(args) => pair::run(args, console),
+        MeasureCommand::Print(args) => print::run(args, console),
+        MeasureCommand::Plan(args) => plan::run(args, console),
     }
 }
