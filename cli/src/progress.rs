@@ -10,7 +10,7 @@ use indicatif::{ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
 /// The option of all commands that take long.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Default, Args)]
 pub(crate) struct ProgressArgs {
     /// Progress on stderr
     #[arg(long, help_heading = "Run", value_enum, value_name = "FORM", default_value_t = ProgressForm::Auto)]

@@ -29,6 +29,7 @@ mod info;
 mod lens_command;
 mod library;
 mod lut;
+mod measure_chart;
 mod measure_edges;
 mod measure_lights;
 mod occlusion;

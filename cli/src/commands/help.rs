@@ -51,6 +51,67 @@ const HELPS: &[Help] = &[
         ],
     },
     Help {
+        command: "measure chart",
+        examples: &[example(
+            "A printed noise chart at 2 m, and the lens fitted to it",
+            "measure chart chart.dng --chart noise.png --distance-m 2 --out blocks --fit lens.json",
+        )],
+        usual: &[
+            "out",
+            "chart",
+            "at",
+            "distance-m",
+            "channels",
+            "axis",
+            "dark",
+            "cfa",
+            "fit",
+            "also",
+            "tile",
+        ],
+    },
+    Help {
+        command: "measure pair",
+        examples: &[example(
+            "A scene stopped down, and the same scene wide open",
+            "measure pair f11.dng f2.dng --distance-m 2 --out blocks --fit lens.json",
+        )],
+        usual: &[
+            "out",
+            "sharp-sigma-px",
+            "distance-m",
+            "channels",
+            "axis",
+            "dark",
+            "cfa",
+            "fit",
+            "also",
+            "tile",
+        ],
+    },
+    Help {
+        command: "measure print",
+        examples: &[
+            example(
+                "A noise chart to print, and its picture for `measure chart`",
+                "measure print noise -o noise.pdf -o noise.png --distance-m 2 --focal-mm 50 --pitch-um 4",
+            ),
+            example(
+                "Slanted edges on a screen",
+                "measure print edges -o edges.png --screen 3840x2160 --screen-width-mm 700",
+            ),
+        ],
+        usual: &[],
+    },
+    Help {
+        command: "measure plan",
+        examples: &[example(
+            "Distances and sizes for a 50 mm lens at f/2",
+            "measure plan --focal-mm 50 --f-number 2 --focus-m 3 --pitch-um 4",
+        )],
+        usual: &[],
+    },
+    Help {
         command: "fit",
         examples: &[
             example(

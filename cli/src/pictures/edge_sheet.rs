@@ -21,7 +21,7 @@ pub fn edge_sheet(measured: &MeasuredEdges) -> RgbImage {
             let all = measured.left_out.iter();
             all.filter(move |l| l.photograph == photograph)
         };
-        panel.legend(&photo.name, edges.len(), left_out());
+        panel.legend(&photo.name, edges.len(), left_out().map(|l| l.why));
         let brightest = edges.iter().map(|e| e.levels[1]).fold(1e-9, f64::max);
         panel.photograph(photo, 1.2 * brightest);
         for edge in edges {

@@ -1,7 +1,7 @@
-//! A photograph with a legend, over which measured lights or edges are drawn.
+//! A photograph with a legend, over which measured lights, edges or blocks are drawn.
 
 use image::RgbImage;
-use seidel_measure::{LeftOut, Photograph, Reason};
+use seidel_measure::{Photograph, Reason};
 
 use super::canvas::{Area, Canvas, text_width};
 
@@ -35,6 +35,7 @@ pub(super) fn colour(why: Reason) -> [u8; 3] {
         Reason::CurvedEdge => [80, 220, 230],
         Reason::Sharpened => [230, 90, 230],
         Reason::Undersampled => [255, 240, 90],
+        Reason::Registration => [255, 120, 190],
     }
 }
 
@@ -68,13 +69,13 @@ pub(super) struct Panel<'a> {
 
 impl Panel<'_> {
     /// Draws the name of the photograph, the number kept and the numbers left out by reason.
-    pub(super) fn legend<'l>(
+    pub(super) fn legend(
         &mut self,
         name: &str,
         kept: usize,
-        left_out: impl Iterator<Item = &'l LeftOut>,
+        left_out: impl Iterator<Item = Reason>,
     ) {
-        let reasons: Vec<Reason> = left_out.map(|l| l.why).collect();
+        let reasons: Vec<Reason> = left_out.collect();
         let counts = Reason::ALL.map(|why| (why, reasons.iter().filter(|r| **r == why).count()));
         let mut items = vec![(name.to_owned(), TEXT), (format!("{kept} kept"), KEPT)];
         let occurring = counts.into_iter().filter(|(_, count)| *count > 0);

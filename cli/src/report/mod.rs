@@ -1,4 +1,4 @@
-//! The report of a diagnosis: JSON for programs, and a self-contained HTML page for people.
+//! The report of a diagnosis, as JSON for programs and as a self-contained HTML page for people; the page of a measurement.
 //!
 //! Pure functions from values to text; commands write the files.
 
@@ -7,6 +7,7 @@ mod headline;
 mod json;
 mod maps;
 mod markup;
+pub mod measured;
 mod page;
 #[cfg(test)]
 pub(crate) mod samples;

@@ -18,6 +18,8 @@
 //! | [`rejection`] | lights that were left out, with the reason |
 //! | [`lights`] | the steps together |
 //! | [`edges`] | straight edges: segments, lines, profiles and their moments |
+//! | [`printed`] | charts to print: noise, edges, board, lights |
+//! | [`capture_plan`] | what to photograph: distances, sizes, exposures |
 //! | [`repeats`] | lights that moved between photographs |
 //!
 //! Counts are linear in light. Frame pixels have x right, y down and (0, 0) at the outer corner of the top-left pixel.
@@ -25,12 +27,15 @@
 
 pub mod background;
 pub mod calibration;
+pub mod capture_plan;
+pub mod chart;
 pub mod detection;
 pub mod edges;
 pub mod hot_pixels;
 pub mod lights;
 pub mod photograph;
 pub mod photon_transfer;
+pub mod printed;
 pub mod profile_fit;
 pub mod rejection;
 pub mod repeats;

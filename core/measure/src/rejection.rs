@@ -1,8 +1,8 @@
-//! Lights and edges that were left out, with the reason.
+//! Lights, edges and blocks of charts that were left out, with the reason.
 
 use std::fmt;
 
-/// The reason for leaving out a light or an edge.
+/// The reason for leaving out a light, an edge or a block of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {
     /// Pixels reach the clipping level.
@@ -27,17 +27,19 @@ pub enum Reason {
     ShortEdge,
     /// The edge is not straight.
     CurvedEdge,
-    /// The step is too small for the noise.
+    /// The step of an edge is too small for the noise, or a block of a chart has too little contrast.
     LowContrast,
     /// The levels overshoot beside the edge: the photograph was sharpened.
     Sharpened,
     /// The pixels are too large for the blur, or too few distances from the edge were sampled.
     Undersampled,
+    /// A block of a chart lies elsewhere than its neighbours say.
+    Registration,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Clipped,
         Self::Double,
         Self::HotPixel,
@@ -52,6 +54,7 @@ impl Reason {
         Self::LowContrast,
         Self::Sharpened,
         Self::Undersampled,
+        Self::Registration,
     ];
 
     /// Returns the name in files.
@@ -71,6 +74,7 @@ impl Reason {
             Self::LowContrast => "low_contrast",
             Self::Sharpened => "sharpened",
             Self::Undersampled => "undersampled",
+            Self::Registration => "registration",
         }
     }
 
@@ -88,9 +92,12 @@ impl Reason {
             Self::NotAnEdge => "misfit of a step, over the step",
             Self::ShortEdge => "length between the corners, px",
             Self::CurvedEdge => "turn of the normal, rad",
-            Self::LowContrast => "step over the noise of a pixel",
+            Self::LowContrast => {
+                "step of an edge over the noise of a pixel, or detail of a block over the largest"
+            }
             Self::Sharpened => "overshoot over the step",
             Self::Undersampled => "standard deviation of the blur, px",
+            Self::Registration => "departure of the centroid from the smooth map, px",
         }
     }
 }
@@ -101,7 +108,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// A light or an edge that was left out.
+/// A light, an edge or a block of a chart that was left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// Index of the photograph.

@@ -56,9 +56,12 @@ pub(super) struct CommonArgs {
     /// Observation set whose observations to add: other distances, other photographs
     #[arg(long, value_name = "OBS")]
     pub(super) also: Option<PathBuf>,
-    /// Draw the lights over the frame into this file too
+    /// Draw what was measured over the frame into this file too
     #[arg(long, value_name = "FILE.png")]
     pub(super) sheet: Option<PathBuf>,
+    /// Write the report as a web page to this file too
+    #[arg(long, value_name = "FILE.html")]
+    pub(super) report: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     pub(super) json: bool,

@@ -16,14 +16,22 @@ const TYPICAL_FULL_WELL: f64 = 30_000.0;
 /// Observations from which on the extended model is fitted.
 const MIN_EXTENDED: usize = 24;
 
+/// The noise of the pixels of a set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum PixelNoise {
+    /// That of light as well as of the dark: `white` is the clipping level in counts, infinite if unknown.
+    Photons { white: f64 },
+    /// As the observations state it.
+    Stated,
+}
+
 /// Fits a lens to `set` in two steps. The first holds a fifth of the lights out, for the score; where the set states no gain,
 /// its residuals give one by photon transfer. The second fits all lights with that gain. It weights the pixels and is not
-/// kept, because the residuals hold errors of the model as well as noise. `white` is the clipping level in counts, infinite
-/// if unknown.
+/// kept, because the residuals hold errors of the model as well as noise.
 pub(super) fn fit_lens(
     args: &CommonArgs,
     set: &mut ObservationSet,
-    white: f64,
+    noise: PixelNoise,
     console: &Console,
 ) -> Result<Fit, CommandError> {
     let model = if set.observations.len() >= MIN_EXTENDED {
@@ -37,7 +45,9 @@ pub(super) fn fit_lens(
         ..FitSettings::default()
     };
     let stated: Vec<Option<f64>> = set.observations.iter().map(|o| o.gain).collect();
-    if white.is_finite() {
+    if let PixelNoise::Photons { white } = noise
+        && white.is_finite()
+    {
         for observation in &mut set.observations {
             observation.gain = observation.gain.or(Some(white / TYPICAL_FULL_WELL));
         }
@@ -45,7 +55,7 @@ pub(super) fn fit_lens(
     let bar = console.progress_bar("fitting");
     let first_half = |share: f64| bar.show(share / 2.0);
     let first = fit::fit(std::slice::from_ref(set), &settings, &first_half)?;
-    let gain = if stated.iter().all(Option::is_some) {
+    let gain = if noise == PixelNoise::Stated || stated.iter().all(Option::is_some) {
         None
     } else {
         estimated_gain(first.lens(), set)?

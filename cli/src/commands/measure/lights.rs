@@ -1,24 +1,20 @@
 //! `seidel measure lights`: PSF tiles of point lights.
 
-use std::path::Path;
-
 use clap::Args;
+use image::RgbImage;
 use seidel_core::calibrate::fit::AxisChoice;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::LensProfile;
-use seidel_image_io::atomic::{check_target, write_folder_atomically};
-use seidel_image_io::json::write_json;
-use seidel_image_io::observation_set::{self as manifest, ReadOptions};
-use seidel_image_io::png::write_rgb8;
-use seidel_image_io::{FileError, lens_profile};
 use seidel_measure::{LightSet, LightSettings, Reason, TileSize, measure_lights};
 use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
-use super::{fitted, left_out, photographs};
+use super::fitted::PixelNoise;
+use super::{fitted, left_out, output, photographs};
 use crate::Console;
 use crate::commands::CommandError;
-use crate::pictures::light_sheet::light_sheet;
+use crate::pictures::measured_sheet::light_sheet;
+use crate::report::measured::{MeasuredPage, Place, measured_page};
 
 /// Options of `seidel measure lights`.
 #[derive(Debug, Args)]
@@ -50,9 +46,7 @@ fn parse_tile(text: &str) -> Result<TileSize, String> {
 pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), CommandError> {
     let common = &args.common;
     common.check()?;
-    for target in [&common.fit, &common.sheet].into_iter().flatten() {
-        check_target(target)?;
-    }
+    output::check_targets(common)?;
     let (photographs, calibration) = photographs::read_all(common, console)?;
     let settings = LightSettings {
         tile: args.tile,
@@ -67,12 +61,14 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     let mut set = measured.observations(axis)?;
     let mut left_out = left_out::entries(&measured.left_out, &measured.photographs);
     if let Some(path) = &common.also {
-        append(&mut set, &mut left_out, path)?;
+        output::append(&mut set, &mut left_out, path)?;
     }
     let fit = match &common.fit {
         Some(_) => {
-            let white = f64::from(measured.photographs[0].white);
-            Some(fitted::fit_lens(common, &mut set, white, console)?)
+            let noise = PixelNoise::Photons {
+                white: f64::from(measured.photographs[0].white),
+            };
+            Some(fitted::fit_lens(common, &mut set, noise, console)?)
         }
         None => None,
     };
@@ -81,7 +77,16 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
         set.axis_stated = true;
     }
     let lens = fit.as_ref().map(|fit| fit.lens());
-    write(common, &set, &left_out, &measured, lens)?;
+    let sheet = light_sheet(&measured);
+    let page = page(&measured, &set, lens, &sheet);
+    let written = output::Written {
+        set: &set,
+        left_out: &left_out,
+        sheet: &sheet,
+        page: &page,
+        lens,
+    };
+    output::write(common, &written)?;
     if common.json {
         let report = report_json(&measured, &set, lens);
         console.print(format!("{report:#}"));
@@ -93,77 +98,6 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     }
     for warning in &measured.warnings {
         console.note(warning);
-    }
-    Ok(())
-}
-
-/// Adds the observations and the left-out lights of the set at `path`, before those of `set`.
-fn append(
-    set: &mut ObservationSet,
-    left_out: &mut Vec<Value>,
-    path: &Path,
-) -> Result<(), CommandError> {
-    let mut other = manifest::read(path, ReadOptions::default())?.set;
-    set.check_frame(other.frame)
-        .map_err(|error| FileError::from_core(path, error))?;
-    if (other.mosaic, &other.channels) != (set.mosaic, &set.channels) {
-        let of = |s: &ObservationSet| {
-            let mosaic = s.mosaic.map_or("none".to_owned(), |m| m.to_string());
-            format!("{} of mosaic {mosaic}", s.channels.join(", "))
-        };
-        return Err(CommandError::File(FileError::new(
-            path,
-            "channels, mosaic",
-            format!("are {}, those of the photographs {}", of(&other), of(set)),
-            "append to a set of the same camera",
-        )));
-    }
-    other.observations.append(&mut set.observations);
-    for (index, observation) in other.observations.iter_mut().enumerate() {
-        observation.file = format!("psf/{index:04}.tif");
-    }
-    if set.axis_stated {
-        (other.frame, other.axis_stated) = (set.frame, true);
-    }
-    *set = other;
-    let folder = if path.is_dir() {
-        path
-    } else {
-        path.parent().unwrap_or(path)
-    };
-    let mut all = left_out::of_set(folder)?;
-    all.append(left_out);
-    *left_out = all;
-    Ok(())
-}
-
-/// Writes the folder whole or not at all, then the files beside it.
-fn write(
-    args: &CommonArgs,
-    set: &ObservationSet,
-    left_out: &[Value],
-    measured: &LightSet,
-    lens: Option<&LensProfile>,
-) -> Result<(), CommandError> {
-    let faults = set.faults();
-    if !faults.is_empty() {
-        return Err(CommandError::File(FileError::many(&args.out, faults)));
-    }
-    let sheet = light_sheet(measured);
-    write_folder_atomically(&args.out, |folder| {
-        manifest::write_into(set, folder)?;
-        write_json(&folder.join(left_out::FILE), &left_out)?;
-        write_rgb8(&folder.join("sheet.png"), &sheet)?;
-        match lens {
-            Some(lens) => lens_profile::write(&folder.join("lens.json"), lens),
-            None => Ok(()),
-        }
-    })?;
-    if let (Some(path), Some(lens)) = (&args.fit, lens) {
-        lens_profile::write(path, lens)?;
-    }
-    if let Some(path) = &args.sheet {
-        write_rgb8(path, &sheet)?;
     }
     Ok(())
 }
@@ -186,6 +120,56 @@ fn dark_noise(set: &ObservationSet) -> Option<f64> {
 /// Returns the counts per electron of the photographs.
 fn gain(set: &ObservationSet) -> Option<f64> {
     set.observations.last()?.gain
+}
+
+/// Returns the report as a web page.
+fn page(
+    measured: &LightSet,
+    set: &ObservationSet,
+    lens: Option<&LensProfile>,
+    sheet: &RgbImage,
+) -> String {
+    let mut noise = Vec::new();
+    if let Some(gain) = gain(set) {
+        noise.push(format!("{gain:.3} counts per electron"));
+    }
+    if let Some(electrons) = dark_noise(set) {
+        noise.push(format!("{electrons:.1} electrons of noise in a dark pixel"));
+    }
+    for (name, sigma) in set.channels.iter().zip(typical_sigma(set)) {
+        noise.push(format!("{name}: {sigma:.2} counts in a dark pixel"));
+    }
+    let hot: usize = measured.hot_pixels.iter().sum();
+    noise.push(format!("{hot} defective pixels"));
+    measured_page(&MeasuredPage {
+        kind: "lights",
+        photographs: &measured.photographs,
+        kept: (measured.lights.iter())
+            .map(|light| Place {
+                photograph: light.photograph,
+                at: light.place(),
+            })
+            .collect(),
+        left_out: &measured.left_out,
+        sheet,
+        noise,
+        lens,
+        warnings: &measured.warnings,
+    })
+}
+
+/// Returns the median noise of a dark pixel by channel, counts.
+fn typical_sigma(set: &ObservationSet) -> Vec<f64> {
+    let of = |channel: usize| {
+        let sigmas = set
+            .observations
+            .iter()
+            .filter_map(|o| o.noise_sigma[channel]);
+        let mut sigmas: Vec<f64> = sigmas.collect();
+        sigmas.sort_by(f64::total_cmp);
+        sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0)
+    };
+    (0..set.channels.len()).map(of).collect()
 }
 
 fn report_json(measured: &LightSet, set: &ObservationSet, lens: Option<&LensProfile>) -> Value {

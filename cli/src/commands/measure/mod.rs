@@ -1,11 +1,16 @@
-//! `seidel measure`: from photographs to an observation set, one kind of photograph per file.
+//! `seidel measure`: from photographs to an observation set, one kind of photograph per file; charts and plans.
 
+mod chart;
 mod common;
 mod edges;
 mod fitted;
 mod left_out;
 mod lights;
+mod output;
+mod pair;
 mod photographs;
+mod plan;
+mod print;
 
 use clap::Subcommand;
 
@@ -20,6 +25,14 @@ pub enum MeasureCommand {
     Lights(Box<lights::LightsArgs>),
     /// Measure the blur across straight edges (dark squares, checkerboards) and fit a lens to it
     Edges(Box<edges::EdgesArgs>),
+    /// Compare a printed or shown chart with its picture: PSFs block by block
+    Chart(Box<chart::ChartArgs>),
+    /// Compare a blurred photograph with a sharp one of the same scene from the same place
+    Pair(Box<pair::PairArgs>),
+    /// Draw a chart to print or to show on a screen, sized for the expected blur
+    Print(print::PrintArgs),
+    /// Plan the photographs: distances, sizes of lights and charts, exposure
+    Plan(plan::PlanArgs),
 }
 
 impl MeasureCommand {
@@ -28,6 +41,9 @@ impl MeasureCommand {
         match self {
             Self::Lights(args) => args.common.progress,
             Self::Edges(args) => args.common.progress,
+            Self::Chart(args) => args.common.progress,
+            Self::Pair(args) => args.common.progress,
+            Self::Print(_) | Self::Plan(_) => ProgressArgs::default(),
         }
     }
 }
@@ -36,5 +52,9 @@ pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(),
     match command {
         MeasureCommand::Lights(args) => lights::run(args, console),
         MeasureCommand::Edges(args) => edges::run(args, console),
+        MeasureCommand::Chart(args) => chart::run(args, console),
+        MeasureCommand::Pair(args) => pair::run(args, console),
+        MeasureCommand::Print(args) => print::run(args, console),
+        MeasureCommand::Plan(args) => plan::run(args, console),
     }
 }

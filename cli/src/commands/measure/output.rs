@@ -1,0 +1,107 @@
+//! The folder of a measured set, and the files beside it.
+
+use std::path::Path;
+
+use image::RgbImage;
+use seidel_core::observations::ObservationSet;
+use seidel_core::profile::LensProfile;
+use seidel_image_io::atomic::{Output, check_target, write_atomically, write_folder_atomically};
+use seidel_image_io::json::write_json;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
+use seidel_image_io::png::write_rgb8;
+use seidel_image_io::{FileError, lens_profile};
+use serde_json::Value;
+
+use super::common::CommonArgs;
+use super::left_out;
+use crate::commands::CommandError;
+
+/// What is written of a measurement.
+pub(super) struct Written<'a> {
+    pub(super) set: &'a ObservationSet,
+    pub(super) left_out: &'a [Value],
+    pub(super) sheet: &'a RgbImage,
+    pub(super) page: &'a str,
+    pub(super) lens: Option<&'a LensProfile>,
+}
+
+/// Checks that the files of the options can be written.
+pub(super) fn check_targets(args: &CommonArgs) -> Result<(), CommandError> {
+    for target in [&args.fit, &args.sheet, &args.report].into_iter().flatten() {
+        check_target(target)?;
+    }
+    Ok(())
+}
+
+/// Writes the folder whole or not at all, then the files beside it.
+pub(super) fn write(args: &CommonArgs, written: &Written<'_>) -> Result<(), CommandError> {
+    let faults = written.set.faults();
+    if !faults.is_empty() {
+        return Err(CommandError::File(FileError::many(&args.out, faults)));
+    }
+    let write_page = |path: &Path| {
+        write_atomically(path, |out: &mut Output<'_>| {
+            std::io::Write::write_all(out, written.page.as_bytes())
+        })
+    };
+    write_folder_atomically(&args.out, |folder| {
+        manifest::write_into(written.set, folder)?;
+        write_json(&folder.join(left_out::FILE), &written.left_out)?;
+        write_rgb8(&folder.join("sheet.png"), written.sheet)?;
+        write_page(&folder.join("report.html"))?;
+        match written.lens {
+            Some(lens) => lens_profile::write(&folder.join("lens.json"), lens),
+            None => Ok(()),
+        }
+    })?;
+    if let (Some(path), Some(lens)) = (&args.fit, written.lens) {
+        lens_profile::write(path, lens)?;
+    }
+    if let Some(path) = &args.sheet {
+        write_rgb8(path, written.sheet)?;
+    }
+    if let Some(path) = &args.report {
+        write_page(path)?;
+    }
+    Ok(())
+}
+
+/// Adds the observations and the left-out places of the set at `path`, before those of `set`.
+pub(super) fn append(
+    set: &mut ObservationSet,
+    left_out: &mut Vec<Value>,
+    path: &Path,
+) -> Result<(), CommandError> {
+    let mut other = manifest::read(path, ReadOptions::default())?.set;
+    set.check_frame(other.frame)
+        .map_err(|error| FileError::from_core(path, error))?;
+    if (other.mosaic, &other.channels) != (set.mosaic, &set.channels) {
+        let of = |s: &ObservationSet| {
+            let mosaic = s.mosaic.map_or("none".to_owned(), |m| m.to_string());
+            format!("{} of mosaic {mosaic}", s.channels.join(", "))
+        };
+        return Err(CommandError::File(FileError::new(
+            path,
+            "channels, mosaic",
+            format!("are {}, those of the photographs {}", of(&other), of(set)),
+            "append to a set of the same camera",
+        )));
+    }
+    other.observations.append(&mut set.observations);
+    for (index, observation) in other.observations.iter_mut().enumerate() {
+        observation.file = format!("psf/{index:04}.tif");
+    }
+    if set.axis_stated {
+        (other.frame, other.axis_stated) = (set.frame, true);
+    }
+    *set = other;
+    let folder = if path.is_dir() {
+        path
+    } else {
+        path.parent().unwrap_or(path)
+    };
+    let mut all = left_out::of_set(folder)?;
+    all.append(left_out);
+    *left_out = all;
+    Ok(())
+}

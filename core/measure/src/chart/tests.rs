@@ -1,0 +1,225 @@
+//! Tests of charts with a simulator of their own: a chart under a homography, through a blur that changes over the field.
+
+use std::sync::OnceLock;
+
+use seidel_optics::distance::ObjectDistance;
+use seidel_optics::mosaic::Mosaic;
+use seidel_optics::no_progress;
+use seidel_optics::numeric::SplitMix64;
+
+use super::*;
+use crate::photograph::SampleErrors;
+use crate::printed::{Cells, Medium, Viewing, noise};
+
+const WIDTH: usize = 360;
+const HEIGHT: usize = 250;
+
+/// A chart with marks, of about 1.8 px a cell in the photograph.
+fn chart() -> Cells {
+    let medium = Medium {
+        width_mm: 48.0,
+        height_mm: 33.0,
+        margin_mm: 0.0,
+        pixel_mm: None,
+    };
+    let viewing = Viewing {
+        distance_m: 2.0,
+        focal_mm: 50.0,
+        pitch_um: 4.0,
+        blur_px: 4.0,
+    };
+    noise(medium, &viewing, 5)
+        .expect("room")
+        .cells
+        .expect("cells")
+        .cells
+}
+
+fn picture(cells: &Cells) -> ChartPicture {
+    let samples = cells
+        .white
+        .iter()
+        .map(|w| f32::from(u8::from(*w)))
+        .collect();
+    ChartPicture::new(cells.columns, cells.rows, samples, Content::Cells).expect("valid")
+}
+
+/// Returns the standard deviation of the blur along x and y at a photograph position, px.
+fn blur_at([x, _]: [f64; 2]) -> [f64; 2] {
+    [0.7 + 0.5 * x / WIDTH as f64, 0.9]
+}
+
+/// A position of the chart in the photograph.
+#[derive(Clone, Copy, PartialEq)]
+enum Pose {
+    Upright,
+    UpsideDown,
+    Mirrored,
+}
+
+/// Returns the light of the chart at every pixel, white at 1, by six Gaussian rays along each axis for every ninth of a pixel.
+fn light() -> &'static [f64] {
+    static LIGHT: OnceLock<Vec<f64>> = OnceLock::new();
+    LIGHT.get_or_init(|| {
+        let cells = chart();
+        let scale = 1.85;
+        let (sin, cos) = 2_f64.to_radians().sin_cos();
+        let level = |x: f64, y: f64| {
+            let (u, v) = (x - WIDTH as f64 / 2.0, y - HEIGHT as f64 / 2.0);
+            let depth = 1.0 + 3e-5 * u;
+            let (u, v) = (u / depth, v / depth);
+            let column = (u * cos - v * sin) / scale + cells.columns as f64 / 2.0;
+            let row = (u * sin + v * cos) / scale + cells.rows as f64 / 2.0;
+            let inside = (0.0..cells.columns as f64).contains(&column)
+                && (0.0..cells.rows as f64).contains(&row);
+            let is_white = !inside || cells.white[row as usize * cells.columns + column as usize];
+            if is_white { 1.0 } else { 0.06 }
+        };
+        let quantiles = [-1.383, -0.674, -0.210, 0.210, 0.674, 1.383_f64];
+        let norm = (quantiles.iter().map(|v| v * v).sum::<f64>() / 6.0).sqrt();
+        let fine = 3;
+        let of_pixel = |k: usize| {
+            let at = [(k % WIDTH) as f64 + 0.5, (k / WIDTH) as f64 + 0.5];
+            let [sx, sy] = blur_at(at).map(|s| s / norm);
+            let sub = |k: usize| (k as f64 + 0.5) / fine as f64 - 0.5;
+            let mut sum = 0.0;
+            for k in 0..fine * fine {
+                let (x, y) = (at[0] + sub(k % fine), at[1] + sub(k / fine));
+                for qx in quantiles {
+                    for qy in quantiles {
+                        sum += level(x + sx * qx, y + sy * qy);
+                    }
+                }
+            }
+            let uneven = 1.0 - 3e-4 * at[0] - 0.1 * (at[1] / HEIGHT as f64 - 0.5).powi(2);
+            uneven * sum / (fine * fine * 36) as f64
+        };
+        (0..WIDTH * HEIGHT).into_par_iter().map(of_pixel).collect()
+    })
+}
+
+/// Photographs the chart.
+fn photograph(pose: Pose, exposure: f64) -> Photograph {
+    let mut random = SplitMix64::new(9);
+    let mut normal = || {
+        let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * random.unit()).cos()
+    };
+    let counts = (0..WIDTH * HEIGHT).map(|k| {
+        let (x, y) = (k % WIDTH, k / WIDTH);
+        let (x, y) = match pose {
+            Pose::Upright => (x, y),
+            Pose::UpsideDown => (WIDTH - 1 - x, HEIGHT - 1 - y),
+            Pose::Mirrored => (WIDTH - 1 - x, y),
+        };
+        let electrons = 20_000.0 * exposure * light()[y * WIDTH + x];
+        let noisy = electrons + (electrons + 16.0).sqrt() * normal();
+        (0.5 * noisy).round().min(14_900.0) as f32
+    });
+    Photograph {
+        name: "chart".to_owned(),
+        width: WIDTH,
+        height: HEIGHT,
+        planes: vec![counts.collect()],
+        channels: ["R", "G", "B"].map(str::to_owned).to_vec(),
+        mosaic: Some(Mosaic::parse("RGGB").expect("a pattern")),
+        white: 14_880.0,
+        distance: ObjectDistance::Metres(2.0),
+        gain: None,
+        errors: SampleErrors::default(),
+        bad: Vec::new(),
+    }
+}
+
+fn measure(photo: &Photograph, chart: &ChartPicture) -> Result<ChartMeasurement> {
+    let settings = ChartSettings {
+        tile: Some(11),
+        ..ChartSettings::default()
+    };
+    measure_chart(photo, std::slice::from_ref(chart), &settings, &no_progress)
+}
+
+#[test]
+fn a_blur_that_changes_over_the_field_is_measured_in_every_colour() {
+    let cells = chart();
+    let photo = photograph(Pose::Upright, 1.0);
+    let measured = measure(&photo, &picture(&cells)).expect("measurable");
+    assert!(measured.has_white_surround);
+    let blocks = measured.blocks.len();
+    assert!(blocks >= 6, "{blocks}, {:?}", measured.left_out);
+    assert!(
+        measured.registration_px < 0.05,
+        "{}",
+        measured.registration_px
+    );
+    for block in &measured.blocks {
+        let want = blur_at(block.centre.map(|v| v as f64)).map(|s| s * s + 1.0 / 12.0);
+        for (channel, limit) in [0.12, 0.07, 0.12].into_iter().enumerate() {
+            let [xx, xy, yy] = block.covariance(channel);
+            let trace = want[0] + want[1];
+            for error in [xx - want[0], xy, yy - want[1]] {
+                assert!(
+                    error.abs() < limit * trace,
+                    "{:?}: {xx} {xy} {yy}, not {want:?}",
+                    block.centre
+                );
+            }
+            assert!((block.tiles[channel].iter().sum::<f64>() - 1.0).abs() < 0.01);
+        }
+    }
+}
+
+#[test]
+fn charts_that_cannot_be_used_are_refused_with_the_reason() {
+    let cells = chart();
+    let chart = picture(&cells);
+    let other = {
+        let mut other = cells.clone();
+        let mut random = SplitMix64::new(77);
+        let columns = cells.columns;
+        for (k, white) in other.white.iter_mut().enumerate() {
+            let (x, y) = (k % columns, k / columns);
+            if (45..columns - 45).contains(&x) || (45..cells.rows - 45).contains(&y) {
+                *white = random.unit() < 0.5;
+            }
+        }
+        picture(&other)
+    };
+    let refusals = [
+        (Pose::UpsideDown, 1.0, &chart, "upside down"),
+        (Pose::Mirrored, 1.0, &chart, "mirrored"),
+        (Pose::Upright, 1.0, &other, "another picture"),
+        (Pose::Upright, 3.0, &chart, "expose less"),
+    ];
+    for (pose, exposure, chart, part) in refusals {
+        let error = measure(&photograph(pose, exposure), chart).expect_err(part);
+        assert!(error.to_string().contains(part), "{part}: {error}");
+    }
+}
+
+#[test]
+fn a_turned_chart_is_measured_at_stated_corners() {
+    let cells = chart();
+    let photo = photograph(Pose::UpsideDown, 1.0);
+    let error = measure(&photo, &picture(&cells))
+        .expect_err("turned")
+        .to_string();
+    let corners = error.split("--at ").nth(1).expect("corners");
+    let numbers: Vec<f64> = (corners.split(','))
+        .map(|n| {
+            n.trim_matches(|c: char| !c.is_ascii_digit())
+                .parse()
+                .expect("a number")
+        })
+        .collect();
+    let settings = ChartSettings {
+        tile: Some(11),
+        corners: Some(std::array::from_fn(|k| {
+            [numbers[2 * k], numbers[2 * k + 1]]
+        })),
+        ..ChartSettings::default()
+    };
+    let measured =
+        measure_chart(&photo, &[picture(&cells)], &settings, &no_progress).expect("measurable");
+    assert!(measured.blocks.len() >= 6);
+}
