@@ -15,10 +15,13 @@ pub struct Place {
     pub at: [f64; 2],
 }
 
+/// The kind of a page of edges.
+pub const EDGES: &str = "edges";
+
 /// What the page shows.
 #[derive(Debug)]
 pub struct MeasuredPage<'a> {
-    /// What was measured: "lights" or "blocks".
+    /// What was measured: "lights", "blocks" or [`EDGES`].
     pub kind: &'static str,
     /// The photographs.
     pub photographs: &'a [Photograph],
@@ -161,10 +164,14 @@ impl MeasuredPage<'_> {
     }
 
     fn picture(&self) -> String {
+        let mark = if self.kind == EDGES {
+            "a green line, and a bar of two standard deviations of the blur to each side of it"
+        } else {
+            "a green ellipse, three standard deviations of their blur wide"
+        };
         format!(
-            "<section><h2>Where it was measured</h2>\n<figure><figcaption>Kept {} have a green ellipse, three standard \
-             deviations of their blur wide. Those left out have a frame in the colour of the reason above the \
-             picture.</figcaption><img style=\"width:100%\" src=\"{}\" alt=\"measured places over the photograph\">\
+            "<section><h2>Where it was measured</h2>\n<figure><figcaption>Kept {} have {mark}. Those left out have a frame \
+             in the colour of the reason above the picture.</figcaption><img style=\"width:100%\" src=\"{}\" alt=\"measured places over the photograph\">\
              </figure></section>\n",
             escape(self.kind),
             data_uri(self.sheet)

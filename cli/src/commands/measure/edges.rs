@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
+use image::RgbImage;
 use seidel_core::calibrate::fit::AxisChoice;
 use seidel_core::calibrate::fit::edges::{EdgeFit, EdgeFitSettings, fit_edges};
 use seidel_core::field::ImagePoint;
@@ -11,7 +12,7 @@ use seidel_core::optics::edges::EdgeSet;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::psf::Pupil;
 use seidel_core::tile::Tile;
-use seidel_image_io::atomic::{check_target, write_folder_atomically};
+use seidel_image_io::atomic::write_folder_atomically;
 use seidel_image_io::json::write_json;
 use seidel_image_io::png::write_rgb8;
 use seidel_image_io::{FileError, edge_set, lens_profile, observation_set as manifest};
@@ -19,10 +20,11 @@ use seidel_measure::{EdgeSettings, MeasuredEdges, Reason, measure_edges};
 use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
-use super::{left_out, photographs};
+use super::{left_out, output, photographs};
 use crate::Console;
 use crate::commands::{CommandError, short_name};
 use crate::pictures::edge_sheet::edge_sheet;
+use crate::report::measured::{EDGES, MeasuredPage, Place, measured_page};
 
 /// Options of `seidel measure edges`.
 #[derive(Debug, Args)]
@@ -46,9 +48,7 @@ const TILE_RANGE: (f64, f64) = (21.0, 255.0);
 pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), CommandError> {
     let common = &args.common;
     common.check_photographs()?;
-    for target in [&common.fit, &common.sheet].into_iter().flatten() {
-        check_target(target)?;
-    }
+    output::check_targets(common)?;
     let (photographs, calibration) = photographs::read_all(common, console)?;
     let settings = EdgeSettings {
         min_contrast: args.min_contrast,
@@ -114,12 +114,14 @@ fn write(
     fit: &EdgeFit,
 ) -> Result<(), CommandError> {
     let sheet = edge_sheet(measured);
+    let page = page(measured, fit, &sheet);
     let predicted = predicted(set, fit)?;
     write_folder_atomically(&args.out, |folder| {
         manifest::write_into(&predicted, folder)?;
         edge_set::write(&folder.join(edge_set::FILE), set, Some(set.frame.axis()))?;
         write_json(&folder.join(left_out::FILE), &left_out)?;
         write_rgb8(&folder.join("sheet.png"), &sheet)?;
+        output::write_page(&folder.join("report.html"), &page)?;
         lens_profile::write(&folder.join("lens.json"), &fit.lens)
     })?;
     if let Some(path) = &args.fit {
@@ -128,7 +130,43 @@ fn write(
     if let Some(path) = &args.sheet {
         write_rgb8(path, &sheet)?;
     }
+    if let Some(path) = &args.report {
+        output::write_page(path, &page)?;
+    }
     Ok(())
+}
+
+/// Returns the report as a web page.
+fn page(measured: &MeasuredEdges, fit: &EdgeFit, sheet: &RgbImage) -> String {
+    let mut noise: Vec<String> = (kept(&measured.set).into_iter())
+        .map(|(name, count)| format!("{count} edges in {name}"))
+        .collect();
+    let gain = measured.gain;
+    noise.extend(gain.map(|gain| format!("{gain:.3} counts per electron")));
+    let misfit = fit.chi2;
+    noise.push(format!(
+        "chi squared of the profiles {misfit:.2} per degree of freedom"
+    ));
+    let places = measured.photographs.iter().enumerate();
+    let places = places.flat_map(|(photograph, photo)| {
+        let reference = photo.reference_channel();
+        let edges = measured.set.edges.iter();
+        let own = edges.filter(move |e| e.source == photo.name && e.channel == reference);
+        own.map(move |edge| Place {
+            photograph,
+            at: [edge.mid.x_px, edge.mid.y_px],
+        })
+    });
+    measured_page(&MeasuredPage {
+        kind: EDGES,
+        photographs: &measured.photographs,
+        kept: places.collect(),
+        left_out: &measured.left_out,
+        sheet,
+        noise,
+        lens: Some(&fit.lens),
+        warnings: &measured.warnings,
+    })
 }
 
 /// Returns the PSFs of the fitted lens on a grid of places at every distance.

@@ -39,16 +39,11 @@ pub(super) fn write(args: &CommonArgs, written: &Written<'_>) -> Result<(), Comm
     if !faults.is_empty() {
         return Err(CommandError::File(FileError::many(&args.out, faults)));
     }
-    let write_page = |path: &Path| {
-        write_atomically(path, |out: &mut Output<'_>| {
-            std::io::Write::write_all(out, written.page.as_bytes())
-        })
-    };
     write_folder_atomically(&args.out, |folder| {
         manifest::write_into(written.set, folder)?;
         write_json(&folder.join(left_out::FILE), &written.left_out)?;
         write_rgb8(&folder.join("sheet.png"), written.sheet)?;
-        write_page(&folder.join("report.html"))?;
+        write_page(&folder.join("report.html"), written.page)?;
         match written.lens {
             Some(lens) => lens_profile::write(&folder.join("lens.json"), lens),
             None => Ok(()),
@@ -61,9 +56,16 @@ pub(super) fn write(args: &CommonArgs, written: &Written<'_>) -> Result<(), Comm
         write_rgb8(path, written.sheet)?;
     }
     if let Some(path) = &args.report {
-        write_page(path)?;
+        write_page(path, written.page)?;
     }
     Ok(())
+}
+
+/// Writes a page whole or not at all.
+pub(super) fn write_page(path: &Path, page: &str) -> Result<(), FileError> {
+    write_atomically(path, |out: &mut Output<'_>| {
+        std::io::Write::write_all(out, page.as_bytes())
+    })
 }
 
 /// Adds the observations and the left-out places of the set at `path`, before those of `set`.
