@@ -111,9 +111,10 @@ pub(super) fn find(image: &DetectionImage) -> Vec<Segment> {
             if y == 0 || y + 1 == height {
                 return;
             }
-            for x in 1..width.saturating_sub(1) {
+            let inner = row.iter_mut().enumerate().skip(1);
+            for (x, gradient) in inner.take(width.saturating_sub(2)) {
                 let at = |x: usize, y: usize| image.samples[y * width + x];
-                row[x] = [
+                *gradient = [
                     (at(x + 1, y) - at(x - 1, y)) / 2.0,
                     (at(x, y + 1) - at(x, y - 1)) / 2.0,
                 ];
