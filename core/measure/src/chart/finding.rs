@@ -23,7 +23,7 @@ const MAX_MARKS: usize = 12;
 const FINER_POSES: usize = 2;
 /// Largest side of the binned photograph that is registered, px.
 const REGISTRATION_SIDE: usize = 640;
-/// Largest side of the pictures in which marks are sought, px.
+/// Largest side of the pictures that are searched for marks, px.
 const MARKS_SIDE: usize = 2400;
 
 /// Returns the map of the chart in `photo`, within a pixel or two.
