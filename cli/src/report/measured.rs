@@ -18,10 +18,10 @@ pub struct Place {
 /// The kind of a page of edges.
 pub const EDGES: &str = "edges";
 
-/// What the page shows.
+/// The content of the page.
 #[derive(Debug)]
 pub struct MeasuredPage<'a> {
-    /// What was measured: "lights", "blocks" or [`EDGES`].
+    /// Name of the places: "lights", "blocks" or [`EDGES`].
     pub kind: &'static str,
     /// The photographs.
     pub photographs: &'a [Photograph],
@@ -220,7 +220,7 @@ impl MeasuredPage<'_> {
         format!("<section><h2>Remarks</h2>\n<ul>\n{items}</ul></section>\n")
     }
 
-    /// Returns what would improve the lens most, a sentence each.
+    /// Returns what would improve the lens most, one sentence for each.
     fn next(&self) -> Vec<String> {
         let mut next = Vec::new();
         let empty = self.empty_zones();

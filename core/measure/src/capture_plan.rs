@@ -1,6 +1,6 @@
-//! What to photograph: distances, sizes and exposures for a lens.
+//! Capture plans: distances, sizes and exposures for a lens.
 //!
-//! The formulas and their sources are in `docs/background/capture-plan.md`.
+//! The formulas and their sources are in `docs/background/measure-chart.md`.
 
 use seidel_optics::error::{Error, Result};
 

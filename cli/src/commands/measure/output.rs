@@ -16,7 +16,7 @@ use super::common::CommonArgs;
 use super::left_out;
 use crate::commands::CommandError;
 
-/// What is written of a measurement.
+/// The files of a measurement.
 pub(super) struct Written<'a> {
     pub(super) set: &'a ObservationSet,
     pub(super) left_out: &'a [Value],

@@ -99,7 +99,8 @@ mod tests {
         }
         let black = placed.cells.white.iter().filter(|w| !**w).count() as f64;
         let area: f64 = black_runs(placed).iter().map(|r| r[2] * r[3]).sum();
-        assert!((area / placed.cell_mm.powi(2) - black).abs() < 1e-6);
+        let cells = area / placed.cell_mm.powi(2);
+        assert!((cells / black - 1.0).abs() < 1e-9, "{cells} {black}");
         let text = svg(&sheet);
         assert_eq!(text.matches('M').count(), black_runs(placed).len());
         let file = pdf(&sheet);

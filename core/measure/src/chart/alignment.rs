@@ -54,7 +54,7 @@ pub(crate) fn align_polynomial(coarse: &Coarse, chart: &ChartPicture, aligned: &
     }
 }
 
-/// What a refinement changes.
+/// The part of the map that a refinement changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Flow {
     Homography,

@@ -72,8 +72,8 @@ pub(crate) fn find(
     let mut best: Vec<(Pose, Aligned)> = Vec::new();
     for (photo_corners, chart_corners) in candidates {
         for pose in Pose::ALL {
-            let placed = pose.placed(photo_corners);
-            let Ok(map) = ChartMap::of_corners(placed, chart_corners, size) else {
+            let corners = pose.order(photo_corners);
+            let Ok(map) = ChartMap::of_corners(corners, chart_corners, size) else {
                 continue;
             };
             best.push((pose, align_roughly(&coarse, chart, map)));
@@ -238,7 +238,7 @@ impl Pose {
     };
 
     /// Returns the photograph corners in the order of the chart's corners.
-    fn placed(self, mut corners: [[f64; 2]; 4]) -> [[f64; 2]; 4] {
+    fn order(self, mut corners: [[f64; 2]; 4]) -> [[f64; 2]; 4] {
         if self.is_mirrored {
             corners.swap(0, 1);
             corners.swap(2, 3);

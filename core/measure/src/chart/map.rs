@@ -25,7 +25,7 @@ pub struct ChartMap {
     scale: f64,
 }
 
-/// Where the chart appears beside where the map expects it.
+/// The offset of the chart from the place that the map gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Displacement {
     /// Photograph position.

@@ -21,7 +21,7 @@ pub struct ChartPicture {
     content: Content,
 }
 
-/// What the samples of a picture are.
+/// The meaning of the samples of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Content {
     /// Squares of constant light, as printed.

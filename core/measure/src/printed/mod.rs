@@ -15,7 +15,7 @@ pub use noise::noise;
 
 use seidel_optics::error::{Error, Result};
 
-/// How the chart is photographed.
+/// The geometry in which the chart is photographed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewing {
     /// Distance from the camera to the chart, m.
@@ -147,7 +147,7 @@ pub struct Sheet {
     pub cells: Option<PlacedCells>,
     /// One line about the chart, which paper shows at its lower edge.
     pub caption: String,
-    /// What was chosen and why, one sentence each.
+    /// The choices and their reasons, one sentence for each.
     pub choices: Vec<String>,
     /// Limits of this chart at this size.
     pub warnings: Vec<String>,

@@ -169,12 +169,11 @@ fn a_maximum_below_the_kernels_in_focus_draws_everything_as_in_focus() {
     });
     let in_focus = largest(&MADE, FOCUS);
     let stated = range.unreachable_maximum_px().expect("a maximum too small");
-    assert!(
-        (stated / in_focus - 1.0).abs() < 1e-6,
-        "{stated} {in_focus}"
-    );
+    // The sharpest vergence is found to a thousandth of the blur there.
+    let ratio = stated / in_focus;
+    assert!((ratio - 1.0).abs() < 1e-3, "{stated} {in_focus}");
     for v in vergences() {
-        assert!(largest(&MADE, range.vergence(v)) < 1.001 * in_focus, "{v}");
+        assert!(largest(&MADE, range.vergence(v)) < 1.002 * in_focus, "{v}");
     }
 }
 
