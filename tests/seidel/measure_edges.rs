@@ -18,8 +18,8 @@ const AXIS: [f64; 2] = [169.0, 107.0];
 const RAYS: usize = 60;
 const BLUR: f64 = 0.35 + 1.0 / 12.0;
 /// Distance between dark squares turned by `TURN`, and half their side, px.
-const PITCH: f64 = 40.0;
-const HALF: f64 = 14.0;
+const PITCH: f64 = 52.0;
+const HALF: f64 = 15.0;
 const TURN: f64 = 0.13;
 /// Light of the paper and of the squares, electrons.
 const PAPER: f64 = 24_000.0;

@@ -238,9 +238,17 @@ fn only_chroma_takes_fringes_off_and_does_not_sharpen() {
         let samples = on_plate(&folder.join(name), channel);
         samples.iter().map(|v| v / shade).collect()
     };
-    let apart = |name: &str| decibels(&of(name, "R", 1.0), &of(name, "B", 0.6));
+    // Light from beyond the edges is unknown: there fringes stay.
+    let border = 12;
+    let inner = |samples: Vec<f32>| -> Vec<f32> {
+        let rows = samples.chunks_exact(WIDTH).take(HEIGHT - border);
+        let rows = rows.skip(border);
+        rows.flat_map(|row| row[border..WIDTH - border].to_vec())
+            .collect()
+    };
+    let apart = |name: &str| decibels(&inner(of(name, "R", 1.0)), &inner(of(name, "B", 0.6)));
     let (before, after) = (apart("plate.exr"), apart("clean.exr"));
-    assert!(after > before + 4.0, "{before} {after}");
+    assert!(after > before + 10.0, "{before} {after}");
     assert_eq!(of("clean.exr", "G", 0.8), of("plate.exr", "G", 0.8));
     let line = format!("remove @plate.exr -o @x.exr {LENS} --only-chroma --residual @r.exr");
     let outcome = seidel_in(folder, &line);
