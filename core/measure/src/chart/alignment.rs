@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 
 use super::coarse::{Coarse, Plane};
 use super::map::ChartMap;
-use super::picture::ChartPicture;
+use super::picture::{Aperture, ChartPicture};
 
 /// Standard deviations of the filters of the homography's stages and of the polynomial's, px of the binned photograph.
 const HOMOGRAPHY_SIGMAS: [f64; 3] = [5.0, 3.0, 2.0];
@@ -105,7 +105,7 @@ impl Step {
         let view = Plane {
             columns,
             rows,
-            values: chart.rendered(map, &coarse.grid),
+            values: chart.rendered(map, &coarse.grid, Aperture::Pixel),
         };
         let (target, view) = (coarse.plane.band(sigma, &inside), view.band(sigma, &inside));
         let (mut both, mut of_target, mut of_view) = (0.0, 0.0, 0.0);

@@ -34,7 +34,7 @@ use crate::rejection::Reason;
 use crate::robust::{median, quantile};
 use block::{BlockEstimate, BlockTask, Failure, SharpView};
 use map::Displacement;
-use picture::{Grid, Region};
+use picture::{Aperture, Grid, Region, SOFT_VARIANCE};
 
 /// Settings of [`measure_chart`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -473,7 +473,11 @@ impl Measurement<'_> {
                 };
                 let sharp = SharpView {
                     region,
-                    values: self.chart(channel).rendered(&self.map, &Grid::of(region)),
+                    values: self.chart(channel).rendered(
+                        &self.map,
+                        &Grid::of(region),
+                        Aperture::Soft,
+                    ),
                 };
                 let task = BlockTask {
                     photo: self.photo,
@@ -537,7 +541,11 @@ fn measured(
 ) -> MeasuredBlock {
     let [x, y] = centre(block);
     // The kernel [1 22 1] / 24 has the variance of a pixel, 1/12. A sharp photograph's own blur comes on top.
-    let variance = 1.0 / 12.0 + settings.added_sigma_px.powi(2);
+    let of_aperture = match measurement.chart(0).content() {
+        Content::Cells => SOFT_VARIANCE,
+        Content::Photograph => 0.0,
+    };
+    let variance = 1.0 / 12.0 + of_aperture + settings.added_sigma_px.powi(2);
     MeasuredBlock {
         centre: [x as usize, y as usize],
         size: [block.width, block.height],

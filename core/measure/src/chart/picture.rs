@@ -154,7 +154,7 @@ impl ChartPicture {
 
     /// Returns the chart averaged over squares of `step` photograph pixels, whose centres are `step` apart from `origin`
     /// on: `columns` x `rows` values.
-    pub(crate) fn rendered(&self, map: &ChartMap, grid: &Grid) -> Vec<f64> {
+    pub(crate) fn rendered(&self, map: &ChartMap, grid: &Grid, aperture: Aperture) -> Vec<f64> {
         let mut values = vec![0.0; grid.columns * grid.rows];
         values
             .par_chunks_mut(grid.columns)
@@ -176,15 +176,15 @@ impl ChartPicture {
                         below[column],
                         below[column + 1],
                     ];
-                    *value = self.over_square(corners);
+                    *value = self.over_square(corners, aperture);
                 }
             });
         values
     }
 
-    /// Returns the mean over the quadrilateral with corners top left, top right, bottom left and bottom right: that of 2 x 2
-    /// squares of the same area, which has the second moments of the quadrilateral where the map does not shear.
-    fn over_square(&self, [a, b, c, d]: [[f64; 2]; 4]) -> f64 {
+    /// Returns the mean over the quadrilateral with corners top left, top right, bottom left and bottom right: that of squares
+    /// of a quarter of its area, which have the second moments of the quadrilateral where the map does not shear.
+    fn over_square(&self, [a, b, c, d]: [[f64; 2]; 4], aperture: Aperture) -> f64 {
         let side = |k: usize| {
             [
                 (b[k] + d[k] - a[k] - c[k]) / 2.0,
@@ -198,14 +198,39 @@ impl ChartPicture {
             return self.interpolated(centre);
         }
         let mut sum = 0.0;
-        for (u, v) in [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)] {
-            let at = [
-                centre[0] + x[0] * u + x[1] * v,
-                centre[1] + y[0] * u + y[1] * v,
-            ];
-            sum += self.mean(at, edge);
+        for (v, down) in aperture.places() {
+            for (u, across) in aperture.places() {
+                let at = [
+                    centre[0] + x[0] * u + x[1] * v,
+                    centre[1] + y[0] * u + y[1] * v,
+                ];
+                sum += down * across * self.mean(at, edge);
+            }
         }
-        sum / 4.0
+        sum
+    }
+}
+
+/// The area over which a chart is averaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Aperture {
+    /// That of a pixel.
+    Pixel,
+    /// The mean of four pixels, a quarter of a pixel off along both axes. It has little light at frequencies above half a cycle
+    /// per pixel, which samples of whole pixels would show at wrong frequencies.
+    Soft,
+}
+
+/// Variance that [`Aperture::Soft`] adds to that of a pixel along either axis, px².
+pub(crate) const SOFT_VARIANCE: f64 = 1.0 / 16.0;
+
+impl Aperture {
+    /// Returns the centres of half pixels along an axis, px, and their weights.
+    fn places(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::Pixel => &[(-0.25, 0.5), (0.25, 0.5)],
+            Self::Soft => &[(-0.5, 0.25), (0.0, 0.5), (0.5, 0.25)],
+        }
     }
 }
 
