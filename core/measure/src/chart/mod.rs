@@ -11,6 +11,7 @@ mod alignment;
 mod block;
 mod coarse;
 mod finding;
+mod kernel;
 mod map;
 mod marks;
 mod picture;
@@ -33,6 +34,7 @@ use crate::photograph::Photograph;
 use crate::rejection::Reason;
 use crate::robust::{median, quantile};
 use block::{BlockEstimate, BlockTask, Failure, SharpView};
+use kernel::{centroid, widened};
 use map::Displacement;
 use picture::{Aperture, Grid, Region, SOFT_VARIANCE};
 
@@ -522,17 +524,6 @@ fn centre(block: &Region) -> [f64; 2] {
     ]
 }
 
-/// Returns the centroid of a kernel relative to its central sample.
-fn centroid(kernel: &[f64], side: usize) -> [f64; 2] {
-    let half = (side / 2) as f64;
-    let mut sum = [0.0; 2];
-    for (k, value) in kernel.iter().enumerate() {
-        sum[0] += value * ((k % side) as f64 - half);
-        sum[1] += value * ((k / side) as f64 - half);
-    }
-    sum
-}
-
 fn measured(
     block: &Region,
     estimates: &[&BlockEstimate],
@@ -555,31 +546,6 @@ fn measured(
         sigma: estimates.iter().map(|e| e.sigma).collect(),
         chi_square: estimates.iter().map(|e| e.chi_square).collect(),
     }
-}
-
-/// Returns the kernel with `variance` added along both axes, by passes of three samples.
-fn widened(kernel: &[f64], side: usize, variance: f64) -> Vec<f64> {
-    // A pass may add a quarter of a px² without ringing.
-    let passes = (variance / 0.25).ceil().max(1.0);
-    let outer = variance / passes / 2.0;
-    let pass = |values: &[f64], stride: usize| -> Vec<f64> {
-        let sample = |k: usize| {
-            let along = k / stride % side;
-            let before = if along > 0 { values[k - stride] } else { 0.0 };
-            let after = if along + 1 < side {
-                values[k + stride]
-            } else {
-                0.0
-            };
-            outer * (before + after) + (1.0 - 2.0 * outer) * values[k]
-        };
-        (0..side * side).map(sample).collect()
-    };
-    let mut values = kernel.to_vec();
-    for _ in 0..passes as usize {
-        values = pass(&pass(&values, 1), side);
-    }
-    values
 }
 
 fn none_kept(photo: &Photograph, blocks: &[Region], estimates: &[Estimated]) -> Error {
