@@ -76,7 +76,7 @@ const ARCSEC_PER_RADIAN: f64 = 206_264.806;
 
 /// Returns the largest diameter of a light in the image, px, for a blur of diameter `blur_px`.
 ///
-/// A disc of diameter d has a variance of d²/16 along each axis. It may add [`LIGHT_VARIANCE_SHARE`] of the variance of the
+/// A disc of diameter d has a variance of d²/16 along each axis. It may add `LIGHT_VARIANCE_SHARE` of the variance of the
 /// blur, which is a disc too.
 pub fn largest_light_px(blur_px: f64) -> f64 {
     let variance = (LIGHT_VARIANCE_SHARE * blur_px * blur_px / 16.0).max(LEAST_LIGHT_VARIANCE_PX2);

@@ -1,9 +1,9 @@
 //! PSFs of a photograph of a known chart, block by block.
 //!
-//! 1. The chart is found by its corner marks or its texture ([`finding`]), and registered on binned images from coarse to
+//! 1. The chart is found by its corner marks or its texture (`finding`), and registered on binned images from coarse to
 //!    fine: a homography, then a polynomial of third order.
 //! 2. Each block of the photograph is compared with the chart as it would appear without blur: a non-negative PSF and the
-//!    slope of the light follow by least squares on raw pixels of one colour ([`block`]).
+//!    slope of the light follow by least squares on raw pixels of one colour (`block`).
 //! 3. The centroids of these PSFs show where the map is wrong. The polynomial absorbs what is smooth of them, and the
 //!    second step is repeated: registration and PSFs are estimated together.
 
