@@ -1,5 +1,5 @@
-//! Times of what an artist does to a node in a host, as shares of the first render: another mix, another mask, another focus,
-//! a proxy, and a render that the host aborts.
+//! Render times of a node in a host, as shares of its first render: with another mix, another mask or another focus, as a proxy,
+//! and aborted by the host.
 //!
 //! `cargo bench -p seidel-ofx --bench interactive [-- WIDTH HEIGHT]`; HD if omitted.
 

@@ -16,7 +16,7 @@ const MAX_PHOTOGRAPHS: usize = 8;
 
 const BACKGROUND: [u8; 3] = [16, 16, 18];
 const TEXT: [u8; 3] = [220, 220, 220];
-/// Colour of what was kept.
+/// Colour of the marks of kept places.
 pub(super) const KEPT: [u8; 3] = [90, 220, 120];
 
 /// Returns the colour of a reason.

@@ -127,7 +127,7 @@ const REGISTRATION_LIGHT_STEPS: usize = 2;
 const LIGHT_STEPS: usize = 3;
 /// Rounds of registration.
 const ROUNDS: usize = 4;
-/// Registration ends where the displacements are at most this multiple of what the smooth map cannot absorb.
+/// Largest ratio of the displacements of blocks to their residuals after a fit of the map at which registration has converged.
 const CONVERGED_RATIO: f64 = 1.1;
 /// Read noise of a typical sensor, electrons. The weights of bright pixels hardly depend on it.
 const READ_NOISE_E: f64 = 5.0;
