@@ -11,8 +11,8 @@ use crate::least_squares::{
 
 /// Multiple of the median misfit, at least one, up to which edges keep nearly full weight.
 const TOLERANCE: f64 = 6.0;
-/// Distance to a bound from which on a parameter counts as at the bound.
-const BOUND_MARGIN: f64 = 1e-6;
+/// Lower bound of the symmetric blur's variance, px².
+const MIN_BLUR_PX2: f64 = 0.0;
 const DAMPING: Damping = Damping {
     increase: 8.0,
     least: 1e-9,
@@ -86,18 +86,6 @@ impl EdgeProblem<'_> {
         }
         (normal, right)
     }
-
-    /// Returns whether parameter `k` may move in the direction of `slope`: it is not fixed, and not at the bound there.
-    fn is_free(&self, theta: &[f64], k: usize, slope: f64) -> bool {
-        if self.layout.is_fixed(k) {
-            return false;
-        }
-        let mut pushed = theta.to_vec();
-        pushed[k] += BOUND_MARGIN * slope.signum();
-        let wanted = pushed[k];
-        self.layout.clamp_to_bounds(&mut pushed, 0.0);
-        pushed[k] == wanted
-    }
 }
 
 impl LeastSquares for EdgeProblem<'_> {
@@ -110,11 +98,14 @@ impl LeastSquares for EdgeProblem<'_> {
 
     fn trial(&self, point: &EdgePoint, equations: &NormalEquations) -> Option<Trial<EdgePoint>> {
         let step = equations.scaled_step(|k| {
-            equations.matrix[(k, k)] > 0.0 && self.is_free(&point.theta, k, equations.right[k])
+            equations.matrix[(k, k)] > 0.0
+                && self
+                    .layout
+                    .is_free(&point.theta, k, equations.right[k], MIN_BLUR_PX2)
         })?;
         let moved = point.theta.iter().zip(&step).map(|(t, s)| t + s);
         let mut theta: Vec<f64> = moved.collect();
-        self.layout.clamp_to_bounds(&mut theta, 0.0);
+        self.layout.clamp_to_bounds(&mut theta, MIN_BLUR_PX2);
         let moved = self.at(theta);
         let cost = self.cost(&moved, point.loss);
         Some(Trial::new(moved, cost, &step))

@@ -12,6 +12,7 @@
 //!    (`adequacy`).
 
 mod adequacy;
+mod bounds;
 mod context;
 mod covariance;
 mod extended;

@@ -14,8 +14,6 @@ use crate::least_squares::{
 
 /// Lower bound of the symmetric blur's variance, px².
 const MIN_BLUR_PX2: f64 = 0.0;
-/// Distance to a bound from which on a parameter counts as at the bound.
-const BOUND_MARGIN: f64 = 1e-6;
 /// Largest change of a tile's centroid in one step, px, and range of the factor of its flux. Larger steps are
 /// outside the range of the linearisation.
 const MAX_CENTROID_STEP_PX: f64 = 1.0;
@@ -141,19 +139,6 @@ impl PixelProblem<'_> {
         }
         (normal, right)
     }
-
-    /// Returns whether parameter `k` may move in the direction of `slope`: it is not fixed, and not at the
-    /// bound that lies there.
-    fn is_free(&self, theta: &[f64], k: usize, slope: f64) -> bool {
-        if self.layout.is_fixed(k) {
-            return false;
-        }
-        let mut pushed = theta.to_vec();
-        pushed[k] += BOUND_MARGIN * slope.signum();
-        let wanted = pushed[k];
-        self.layout.clamp_to_bounds(&mut pushed, MIN_BLUR_PX2);
-        pushed[k] == wanted
-    }
 }
 
 impl LeastSquares for PixelProblem<'_> {
@@ -168,7 +153,10 @@ impl LeastSquares for PixelProblem<'_> {
     /// in place.
     fn trial(&self, point: &PixelPoint, equations: &NormalEquations) -> Option<Trial<PixelPoint>> {
         let step = equations.scaled_step(|k| {
-            equations.matrix[(k, k)] > 0.0 && self.is_free(&point.theta, k, equations.right[k])
+            equations.matrix[(k, k)] > 0.0
+                && self
+                    .layout
+                    .is_free(&point.theta, k, equations.right[k], MIN_BLUR_PX2)
         })?;
         let moved = point.theta.iter().zip(&step).map(|(t, s)| t + s);
         let mut theta: Vec<f64> = moved.collect();
