@@ -4,6 +4,7 @@ use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
+use super::posterior::contained_in;
 use super::search::{Candidate, Draft, HypothesisSearch};
 use super::verdict::GapStatistics;
 
@@ -31,7 +32,7 @@ pub(super) fn combinations(
     for (i, one) in singles[..first].iter().enumerate() {
         progress(i as f64 / (first + 1) as f64)?;
         let others: Vec<&Candidate> = singles.iter().skip(i + 1).collect();
-        for other in search.promising(one, &others) {
+        for other in with_contained(search.promising(one, &others), &others) {
             drafts.push(search.joint_draft(one, other));
         }
     }
@@ -67,6 +68,21 @@ pub(super) fn combinations(
         own.is_none_or(|single| !makes_worse(search, single, joint, limit))
     });
     Ok(found)
+}
+
+/// Returns `chosen` with those of `others` that an effect of `chosen` contains: the simpler one may do as well, and is likelier then.
+fn with_contained<'c>(chosen: Vec<&'c Candidate>, others: &[&'c Candidate]) -> Vec<&'c Candidate> {
+    let id = |c: &Candidate| c.hypothesis.ids()[0];
+    let mut all = chosen;
+    for k in 0..all.len() {
+        for simpler in contained_in(id(all[k])) {
+            let own = others.iter().find(|other| id(other) == simpler);
+            if let Some(other) = own.filter(|_| all.iter().all(|c| id(c) != simpler)) {
+                all.push(other);
+            }
+        }
+    }
+    all
 }
 
 /// Mean gaps of one channel at one distance.

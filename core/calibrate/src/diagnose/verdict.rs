@@ -10,7 +10,7 @@ use super::search::{Candidate, HypothesisSearch};
 use seidel_optics::psf::pupil::Detail;
 
 /// Share of the gap below which a single effect suffices.
-const SUFFICIENT_REMAINDER: f64 = 0.02;
+const SUFFICIENT_REMAINDER: f64 = 0.04;
 /// Largest share of the gap that effects may leave if they explain even the own gap of a lens.
 const MAX_REMAINDER: f64 = 0.1;
 /// Shares of the gap left by the best pair between which a third effect is searched.
