@@ -30,8 +30,8 @@ use terminal::TerminalStream;
 /// invalid command line. Output that cannot be written is a failure.
 pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u8 {
     let command_line: Vec<OsString> = args.into_iter().collect();
-    let mut stderr = TerminalStream::new(&mut *console.stderr);
-    let mut stdout = TerminalStream::new(&mut *console.stdout);
+    let mut stderr = TerminalStream::of_messages(&mut *console.stderr);
+    let mut stdout = TerminalStream::of_results(&mut *console.stdout);
     let mut streams = Console {
         stdout: &mut stdout,
         stderr: &mut stderr,

@@ -35,7 +35,7 @@ pub(crate) fn set(text: &str) {
 
 /// Returns the text with its control characters as the escapes of JSON: hosts show it in terminals and logs.
 fn without_controls(text: &str) -> String {
-    let is_control = |c: char| c.is_control() && c != '\n' && c != '\t';
+    let is_control = |c: char| c.is_control() && c != '\n';
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         if is_control(c) {

@@ -81,6 +81,30 @@ fn texts_of_files_cannot_control_the_terminal() {
     assert_eq!(refused.status, 1);
     let expected = r"no\u001b[2Jfile.exr";
     assert!(refused.stderr.contains(expected), "{}", refused.stderr);
+    write_pupil_lens(folder, &["Y"]);
+    let path = folder.join("lens.json");
+    let lens = fs::read_to_string(&path).expect("readable");
+    fs::write(&path, lens.replace("\"alpha\"", "\"al\\tpha\"")).expect("writable");
+    let refused = seidel_in(folder, "lens show @lens.json -o @sheet.png");
+    assert!(
+        refused.stderr.contains(r"al\u0009pha"),
+        "{}",
+        refused.stderr
+    );
+    let places = refused.stderr.matches("column").count();
+    assert_eq!(places, 1, "the place stands once: {}", refused.stderr);
+}
+
+#[test]
+fn an_empty_file_name_is_refused_with_its_option() {
+    for option in ["--depth", "--holdout", "--background"] {
+        let line = [
+            "apply", "--lens", "l.json", "a.exr", "-o", "b.exr", option, "",
+        ];
+        let refused = seidel(&line);
+        assert_eq!(refused.status, 2, "{}", refused.stderr);
+        assert!(refused.stderr.contains(option), "{}", refused.stderr);
+    }
 }
 
 #[test]

@@ -23,6 +23,9 @@ const SUFFIX: &str = ".part";
 /// Attempts to create a partial output that no other run takes for that of a killed one.
 const ATTEMPTS: usize = 8;
 
+/// Attempts to remove a partial output when a signal ends the process.
+const REMOVALS: usize = 100;
+
 /// Name of the folder that is replaced, within the partial folder.
 const OLD: &str = "old";
 
@@ -46,8 +49,12 @@ fn registry() -> MutexGuard<'static, Registry> {
 pub fn remove_all() {
     let registry = registry();
     for path in &registry.existing {
+        // A thread that still writes into a folder can keep it from being removed. Once it is gone, no file can be added.
         // Best effort: the process ends either way.
-        let _ = remove(path);
+        let mut attempts = 0..REMOVALS;
+        while path.exists() && attempts.next().is_some() {
+            let _ = remove(path);
+        }
     }
     std::mem::forget(registry);
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use seidel_core::{Background, Depth, DepthPass, PreparedBackground};
 
 use crate::commands::CommandError;
@@ -18,10 +19,10 @@ pub(super) struct BackgroundArgs {
     /// it, instead of an estimate
     ///
     /// Its depth is its own Z channel or --background-depth, with the meaning of the plate's.
-    #[arg(long, value_name = "FILE", conflicts_with = "no_fill_foreground")]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_fill_foreground", value_parser = NonEmptyStringValueParser::new())]
     background: Option<String>,
     /// Depth pass of the background, or a frame pattern
-    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "background")]
+    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "background", value_parser = NonEmptyStringValueParser::new())]
     background_depth: Option<String>,
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, ValueEnum};
 use seidel_core::{
     DepthMeaning, DepthPass, HoldoutMatte, OcclusionSettings, PlateGeometry, PreparedHoldout,
@@ -29,10 +30,10 @@ pub(super) struct OcclusionArgs {
     /// Matte of an object that will be merged in front later, or a frame pattern; its A, its only channel, or CHANNEL
     ///
     /// The light of the plate is held out where the matte covers it, sharp to the pixel.
-    #[arg(long, value_name = "FILE[:CHANNEL]")]
+    #[arg(long, value_name = "FILE[:CHANNEL]", value_parser = NonEmptyStringValueParser::new())]
     holdout: Option<String>,
     /// Depth pass of the holdout, with the meaning of the plate's: only light from behind the object is held out
-    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "holdout")]
+    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "holdout", value_parser = NonEmptyStringValueParser::new())]
     holdout_depth: Option<String>,
 }
 

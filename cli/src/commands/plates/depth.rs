@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, ValueEnum};
 use seidel_core::render::{DepthConvention, DepthReading};
 use seidel_core::{
@@ -30,7 +31,7 @@ pub(super) enum FrameOrder {
 #[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
     /// Depth pass, or a frame pattern; the plate's own Z channel if omitted
-    #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance")]
+    #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance", value_parser = NonEmptyStringValueParser::new())]
     depth: Option<String>,
     /// One object distance for the whole plate, metres or `inf`
     #[arg(long, value_name = "METRES", value_parser = parse_distance)]

@@ -160,9 +160,13 @@ pub(super) fn read(text: &str) -> Result<LensProfile> {
 
 fn parse<T: DeserializeOwned>(text: &str) -> Result<T> {
     serde_json::from_str(text).map_err(|e| {
+        let place = format!("line {} column {}", e.line(), e.column());
+        let message = e.to_string();
+        // The place stands before the message.
+        let problem = message.strip_suffix(&format!(" at {place}"));
         Error::new(
-            format!("line {} column {}", e.line(), e.column()),
-            e.to_string(),
+            place,
+            problem.unwrap_or(&message).to_owned(),
             "compare with the schema that `seidel lens schema` prints",
         )
     })
