@@ -113,6 +113,14 @@ impl PreparedPlate {
         &self.placement
     }
 
+    /// Returns the most bytes that rendering needs beside the plate, see [`apply_bytes`](crate::apply_bytes).
+    pub fn apply_bytes(&self) -> u64 {
+        let varies = matches!(self.depth.vergence(), VergencePass::PerPixel(_));
+        let occlusion = varies && self.session.settings().occlusion.is_some();
+        let pixels = self.placement.width as u64 * self.placement.height as u64;
+        crate::apply_bytes(pixels, self.planes().len() as u64, occlusion)
+    }
+
     /// The premultiplied planes, named as [`Self::names`]: colours, then alpha, then the alphas of single colours.
     pub fn planes(&self) -> &[Vec<f32>] {
         self.planes.planes()

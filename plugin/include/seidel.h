@@ -875,8 +875,8 @@ enum SeidelStatus seidel_region_of_interest(const struct SeidelLens *lens,
 /**
  * Writes to `*bytes` the most memory that a call takes for a plate, in bytes, beside the caller's own images: with
  * `removal` 0 for seidel_apply, with 1 for seidel_remove, seidel_relens and seidel_check_lens. Of the plate,
- * `extent` and the channels of `source` matter; `source` may be NULL, which counts as 4 channels. `settings` may be
- * NULL for the defaults.
+ * `extent`, the channels of `source` and whether there is a `depth` matter; `source` may be NULL, which counts as 4 channels.
+ * `settings` may be NULL for the defaults.
  *
  * Pointers:
  * Each pointer: NULL, or valid until the call returns.

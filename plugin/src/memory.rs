@@ -10,8 +10,8 @@ use crate::status::{Failure, Result, SeidelStatus};
 
 /// Writes to `*bytes` the most memory that a call takes for a plate, in bytes, beside the caller's own images: with
 /// `removal` 0 for seidel_apply, with 1 for seidel_remove, seidel_relens and seidel_check_lens. Of the plate,
-/// `extent` and the channels of `source` matter; `source` may be NULL, which counts as 4 channels. `settings` may be
-/// NULL for the defaults.
+/// `extent`, the channels of `source` and whether there is a `depth` matter; `source` may be NULL, which counts as 4 channels.
+/// `settings` may be NULL for the defaults.
 ///
 /// # Safety
 /// Each pointer: NULL, or valid until the call returns.
@@ -32,7 +32,7 @@ pub unsafe extern "C" fn seidel_memory_needed(
         let planes = plane_count(layout.channels.unwrap_or(4), &settings) as u64;
         let pixels = layout.extent.pixels() as u64;
         output.write(match removal {
-            0 => apply_bytes(pixels, planes),
+            0 => apply_bytes(pixels, planes, hides(layout.has_depth, &settings)),
             1 => remove_bytes(pixels, planes),
             other => {
                 return Err(Failure::argument(
@@ -48,7 +48,17 @@ pub unsafe extern "C" fn seidel_memory_needed(
 
 /// Checks that blurring a plate stays within the memory limit of the settings.
 pub(crate) fn check_apply_memory(plate: &Plate, settings: &Settings) -> Result<()> {
-    check(apply_bytes, plate, settings)
+    let occlusion = hides(plate.has_depth(), settings);
+    check(
+        |pixels, planes| apply_bytes(pixels, planes, occlusion),
+        plate,
+        settings,
+    )
+}
+
+/// Returns whether near surfaces of a plate hide far ones.
+fn hides(has_depth: bool, settings: &Settings) -> bool {
+    has_depth && settings.raw.occlusion == 1
 }
 
 /// Checks that removing blur from a plate stays within the memory limit of the settings.
@@ -56,7 +66,7 @@ pub(crate) fn check_removal_memory(plate: &Plate, settings: &Settings) -> Result
     check(remove_bytes, plate, settings)
 }
 
-fn check(bytes: fn(u64, u64) -> u64, plate: &Plate, settings: &Settings) -> Result<()> {
+fn check(bytes: impl Fn(u64, u64) -> u64, plate: &Plate, settings: &Settings) -> Result<()> {
     let planes = plane_count(plate.source.channels, settings) as u64;
     let needed = bytes(plate.extent().pixels() as u64, planes);
     let limit = settings.raw.memory;

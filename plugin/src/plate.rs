@@ -168,6 +168,11 @@ impl Plate {
         }
     }
 
+    /// Returns whether there is a depth image.
+    pub(crate) fn has_depth(&self) -> bool {
+        self.layout.has_depth
+    }
+
     /// The data window.
     pub(crate) fn extent(&self) -> SeidelRect {
         self.layout.extent

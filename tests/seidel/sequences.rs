@@ -130,11 +130,19 @@ fn memory_and_threads_change_nothing_and_messages_are_in_order() {
         "--memory 2G --threads 2",
     ] {
         let outcome = succeeds(folder, &format!("{RUN} --edges mirror {options}"));
-        let frames: Vec<_> = outcome
+        let mut frames: Vec<_> = outcome
             .stderr
             .lines()
             .filter_map(|line| line.strip_prefix("note: frame ")?.split(':').next())
             .collect();
+        frames.dedup();
+        let says_so = outcome.stderr.contains("more than --memory allows");
+        assert_eq!(
+            says_so,
+            !options.contains("--memory 2G"),
+            "{}",
+            outcome.stderr
+        );
         assert_eq!(frames, ["1", "2", "3", "4", "5"], "{}", outcome.stderr);
         let all: Vec<_> = (1..=5).map(|frame| out(folder, frame)).collect();
         assert!(

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seidel_core::render::VergencePass;
-use seidel_core::{Edges, Rendering, apply_bytes};
+use seidel_core::{Edges, Rendering};
 
 use super::background::BackgroundSource;
 use super::occlusion::HoldoutSource;
@@ -85,6 +85,22 @@ impl Job<'_> {
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
+    /// Returns the most memory that the frame takes, bytes.
+    fn needed_bytes(&self, loaded: &LoadedPlate) -> u64 {
+        loaded.plate.memory_bytes() + loaded.prepared.apply_bytes()
+    }
+
+    /// Returns a note where the frame alone may take more than `--memory`, for the first one.
+    fn memory_note(&self, index: usize, loaded: &LoadedPlate) -> Option<String> {
+        let (needed, limit) = (self.needed_bytes(loaded), self.run.memory_bytes());
+        (index == 0 && needed > limit).then(|| {
+            let [needed, limit] = [needed, limit].map(|bytes| bytes as f64 / f64::from(1 << 20));
+            format!(
+                "a frame may take {needed:.1} MiB, more than --memory allows ({limit:.1} MiB): frames are rendered one at a time"
+            )
+        })
+    }
+
     /// Renders the planes of the frame at `index`. Adds to `warnings`.
     fn render(
         &self,
@@ -153,14 +169,12 @@ impl FrameWork for Job<'_> {
             }
             None => None,
         };
+        loaded.warnings.extend(self.memory_note(index, &loaded));
         Ok(LoadedFrame { loaded, residual })
     }
 
     fn memory_bytes(&self, frame: &LoadedFrame) -> u64 {
-        let plate = &frame.loaded.plate;
-        let pixels = plate.width() as u64 * plate.height() as u64;
-        let planes = frame.loaded.prepared.planes().len() as u64;
-        plate.memory_bytes() + apply_bytes(pixels, planes)
+        self.needed_bytes(&frame.loaded)
     }
 
     fn warnings(&self, frame: &LoadedFrame) -> Vec<String> {

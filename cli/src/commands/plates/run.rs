@@ -27,7 +27,7 @@ pub(crate) struct RunArgs {
     /// Number of threads; all cores if omitted
     #[arg(long, value_parser = parse_threads)]
     threads: Option<usize>,
-    /// Memory for the frames in flight, such as 500M or 4G; one frame is always in flight
+    /// Memory for the frames in flight, such as 500M or 4G; a frame that may take more is rendered alone, with a note
     #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
     memory: u64,
     /// Keep outputs of the same lens and options; otherwise OUT is overwritten
@@ -143,6 +143,11 @@ impl Run {
     /// Returns the files of all frames.
     pub(crate) fn frames(&self) -> &[FrameFiles] {
         &self.frames
+    }
+
+    /// Returns the memory for the frames in flight, bytes.
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        self.resources.memory
     }
 
     /// Returns whether all frames have a number.
