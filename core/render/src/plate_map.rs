@@ -25,6 +25,13 @@ impl PlateMap {
         }
     }
 
+    /// Returns the position (x, y) of the plate's first pixel in its cell of a grid that is fixed to the frame, with cells of `side` plate
+    /// pixels.
+    pub(crate) fn place_in_cell(&self, side: usize) -> [usize; 2] {
+        [self.origin.x_px, self.origin.y_px]
+            .map(|at| (at * self.scale).round().rem_euclid(side as f64) as usize)
+    }
+
     /// Returns the position of the centre of plate pixel (`column`, `row`) in the lens's frame.
     pub fn frame_point(&self, column: usize, row: usize) -> ImagePoint {
         ImagePoint::new(

@@ -262,6 +262,7 @@ impl BandJob<'_> {
         };
         let stride = window.width + LANES;
         scratch.tile.resize(width * height, 0.0);
+        scratch.window.resize(window.height * stride, 0.0);
         if fir.len() > 0 && self.sources.copy(window, stride, &mut scratch.window) {
             fir.gather(&scratch.window, stride, width, &mut scratch.tile);
         } else {

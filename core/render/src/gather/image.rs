@@ -136,18 +136,14 @@ impl<'a> View<'a> {
 
     /// Copies `rect` into `out` with rows of `stride` samples, zero beyond the view and at the end of each row.
     /// Returns whether any sample is not zero.
-    pub(super) fn copy(&self, rect: Rect, stride: usize, out: &mut Vec<f32>) -> bool {
+    pub(super) fn copy(&self, rect: Rect, stride: usize, out: &mut [f32]) -> bool {
         let Rect {
-            left,
-            top,
-            width,
-            height,
+            left, top, width, ..
         } = rect;
-        out.resize(height * stride, 0.0);
         let start = (self.left - left).clamp(0, width as i32) as usize;
         let end = (self.left + self.width as i32 - left).clamp(0, width as i32) as usize;
         let mut lit = false;
-        for (row, line) in out.chunks_exact_mut(stride).enumerate() {
+        for (row, line) in out.chunks_exact_mut(stride).take(rect.height).enumerate() {
             let y = top + row as i32 - self.top;
             if !(0..self.height as i32).contains(&y) || end <= start {
                 line.fill(0.0);

@@ -49,16 +49,12 @@ impl LayerContext {
         }
     }
 
-    /// Returns the tile sides of `lens` for sources in `crop`; `scene` is the scene of the crop.
+    /// Returns the tile sides of `lens`, those of the whole plate: sides that changed with the crop would change the light of what stays where
+    /// it is. `scene` is the scene of the crop.
     ///
     /// # Errors
     /// A lens that cannot be drawn at some point.
-    pub(super) fn tile_sides(
-        &self,
-        scene: &Scene,
-        lens: &LensProbe,
-        crop: RenderWindow,
-    ) -> Result<TileSides> {
+    pub(super) fn tile_sides(&self, scene: &Scene, lens: &LensProbe) -> Result<TileSides> {
         let Some((map, size)) = self.plate else {
             let size = Size {
                 width: scene.width,
@@ -68,10 +64,11 @@ impl LayerContext {
                 .probed_sides(size)?
                 .in_window(RenderWindow::whole(scene)));
         };
+        let whole = RenderWindow::from_size(size.width, size.height);
         let key = lens.vergence.to_bits();
         let known = self.known_sides().get(&key).map(Arc::clone);
         if let Some(known) = known {
-            return Ok(known.in_window(crop));
+            return Ok(known.in_window(whole));
         }
         let plate = Scene {
             width: size.width,
@@ -88,7 +85,7 @@ impl LayerContext {
             Some(store) => store.sides.sides(&probe, size)?,
             None => Arc::new(probe.probed_sides(size)?),
         };
-        let sides = found.in_window(crop);
+        let sides = found.in_window(whole);
         self.known_sides().insert(key, found);
         Ok(sides)
     }

@@ -132,7 +132,7 @@ impl Renderer for Gather<'_> {
             return Scatter.render(scene, planes, progress);
         };
         self.with_job(scene, planes, vergence, progress, |job| {
-            let sides = context.tile_sides(scene, &job.lens, crop)?;
+            let sides = context.tile_sides(scene, &job.lens)?;
             if !job.fits(&sides) {
                 return Scatter.render(scene, planes, progress);
             }
@@ -262,18 +262,15 @@ impl Job<'_> {
     ) -> Result<Rendered> {
         let crowded = crowded.filter(CrowdedLight::is_any);
         let crowded = crowded.map(|CrowdedLight { light, side }| {
-            SourceLevel::finest(&self.lens, light, self.size(), side)
+            SourceLevel::finest(&self.lens, light, self.scene, side)
         });
         let pass = ScatterPass {
             crowded: crowded.transpose()?,
-            levels: source_levels(&self.lens, &self.views(split), self.size(), sides)?,
+            levels: source_levels(&self.lens, &self.views(split), self.scene, sides)?,
             mix_of: &self.mix_of,
             size: self.size(),
             edges: self.scene.edges,
         };
-        let mut plates = pass.render(self.progress)?;
-        let whole = RenderWindow::whole(self.scene);
-        split.scatter(self.scene, whole, &self.lens, planes, &mut plates)?;
         let levels = pass.levels.iter().map(|level| LevelStatistics {
             gathered: 0,
             scattered: level.tiles.len(),
@@ -281,8 +278,12 @@ impl Job<'_> {
             min_tile_px: level.grid.tile,
             max_tile_px: level.grid.tile,
         });
+        let levels = levels.collect();
+        let mut plates = pass.render(self.progress)?;
+        let whole = RenderWindow::whole(self.scene);
+        split.scatter(self.scene, whole, &self.lens, planes, &mut plates)?;
         let plates = self.window.cut_planes(self.scene, plates);
-        Ok(rendered(plates, levels.collect(), split))
+        Ok(rendered(plates, levels, split))
     }
 
     fn size(&self) -> Size {

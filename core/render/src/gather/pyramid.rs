@@ -170,6 +170,7 @@ pub(super) fn upsample_tile(
         width,
         height,
     };
+    buffers.window.resize(height * width, 0.0);
     if !coarse.copy(window, width, &mut buffers.window) {
         out.fill(0.0);
         return;

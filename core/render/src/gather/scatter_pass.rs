@@ -36,20 +36,28 @@ impl ScatterPass<'_> {
     ///
     /// # Errors
     /// A cancelled render, if `progress` returned false.
-    pub(super) fn render(&self, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Vec<Vec<f32>>> {
+    pub(super) fn render(
+        mut self,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
         let count = (self.levels.iter())
             .chain(&self.crowded)
             .map(|level| level.tiles.len())
             .sum::<usize>();
         let mut done = 0;
         let mut coarser: Vec<Image> = vec![Image::default(); self.mix_of.len()];
-        for (index, level) in self.levels.iter().enumerate().rev() {
-            let crowded = self.crowded.iter().filter(|_| index == 0);
-            let parts: Vec<&SourceLevel> = std::iter::once(level).chain(crowded).collect();
-            let reached = parts.iter().map(|part| part.reached);
-            let reached = reached.reduce(joined_rect).unwrap_or(level.reached);
+        let level_count = self.levels.len();
+        // What is done with is dropped at once: all of it is several times the plate.
+        while let Some(level) = self.levels.pop() {
+            let index = self.levels.len();
+            let crowded = self.crowded.take_if(|_| index == 0);
+            let parts: Vec<SourceLevel> = std::iter::once(level).chain(crowded).collect();
+            let reached = parts.iter().map(|part| part.reached).reduce(joined_rect);
+            let Some(reached) = reached else {
+                continue;
+            };
             let mut images = vec![Image::zeros(reached); self.mix_of.len()];
-            for part in parts {
+            for part in &parts {
                 for wave in part.tiles.chunks(WAVE) {
                     self.add_wave(part, wave, &mut images);
                     done += wave.len();
@@ -58,9 +66,11 @@ impl ScatterPass<'_> {
                     }
                 }
             }
-            let images = images.par_iter().zip(&coarser);
+            drop(parts);
+            let is_closed = index + 1 < level_count && self.closes(index + 1);
+            let images = images.into_par_iter().zip(coarser);
             coarser = images
-                .map(|(image, coarser)| self.joined(index, image, coarser))
+                .map(|(image, coarser)| self.joined(index, &image, &coarser, is_closed))
                 .collect();
         }
         Ok(coarser.into_iter().map(|image| image.samples).collect())
@@ -74,28 +84,32 @@ impl ScatterPass<'_> {
         images: &mut [Image],
     ) {
         let side = level.grid.tile;
+        let mixes = 0..self.mix_of.iter().max().map_or(0, |last| last + 1);
         let patches: Vec<Vec<Option<Image>>> = wave
             .par_iter()
-            .map_init(
-                || (BilinearFir::default(), TileLight::default()),
-                |(fir, light), tile| {
-                    let (left, top) = (tile.column * side as i32, tile.row * side as i32);
-                    let mut set = None;
-                    let planes = level.light.iter().zip(self.mix_of);
-                    planes
-                        .map(|(image, mix)| {
-                            if image.samples.is_empty() || !light.take(image, left, top, side) {
-                                return None;
-                            }
-                            if set != Some(*mix) {
-                                set_corners(side, &level.kernels, *mix, *tile, fir);
-                                set = Some(*mix);
-                            }
-                            (fir.len() > 0).then(|| spread(fir, light, left, top))
+            .map_init(BilinearFir::default, |fir, tile| {
+                let [left, top] = level.grid.first_pixel(*tile);
+                let mut patches = vec![None; self.mix_of.len()];
+                for mix in mixes.clone() {
+                    let planes = (self.mix_of.iter().enumerate()).filter(|(_, of)| **of == mix);
+                    let (lit, lights): (Vec<usize>, Vec<TileLight>) = planes
+                        .filter_map(|(plane, _)| {
+                            let light = TileLight::take(&level.light[plane], left, top, side)?;
+                            Some((plane, light))
                         })
-                        .collect()
-                },
-            )
+                        .unzip();
+                    if lit.is_empty() {
+                        continue;
+                    }
+                    set_corners(side, &level.kernels, mix, *tile, fir);
+                    if fir.len() > 0 {
+                        for (plane, patch) in lit.into_iter().zip(spread(fir, &lights, left, top)) {
+                            patches[plane] = Some(patch);
+                        }
+                    }
+                }
+                patches
+            })
             .collect();
         images
             .par_iter_mut()
@@ -107,16 +121,16 @@ impl ScatterPass<'_> {
             });
     }
 
-    /// Adds the upsampled `coarser` level to `image` and cuts both to what the next finer level needs.
-    fn joined(&self, level: usize, image: &Image, coarser: &Image) -> Image {
+    /// Adds the upsampled `coarser` level to `image` and cuts both to what the next finer level needs. `is_closed` says whether
+    /// `coarser` holds a plate with mirrored margins.
+    fn joined(&self, level: usize, image: &Image, coarser: &Image, is_closed: bool) -> Image {
         let size = Size {
             width: self.size.width.div_ceil(1 << level),
             height: self.size.height.div_ceil(1 << level),
         };
         let whole = RenderWindow::from_size(size.width, size.height);
         // Light may be folded back where the plate's edges lie between pixels of the level.
-        let divides = (self.size.width | self.size.height).trailing_zeros() as usize >= level;
-        let folds = level == 0 || (divides && self.edges == Edges::Mirror);
+        let folds = level == 0 || self.closes(level);
         if folds {
             let mut plate = Image {
                 left: 0,
@@ -125,7 +139,7 @@ impl ScatterPass<'_> {
                 height: size.height,
                 samples: folded(image, size, self.edges, whole),
             };
-            if self.is_closed(level + 1) {
+            if is_closed {
                 add_upsampled(&mut plate, &coarser.view());
             } else if !coarser.samples.is_empty() {
                 let mut finer = Image::zeros(upsampled_rect(coarser));
@@ -147,10 +161,10 @@ impl ScatterPass<'_> {
         all
     }
 
-    /// Returns whether the image of `level` holds a plate with mirrored margins.
-    fn is_closed(&self, level: usize) -> bool {
+    /// Returns whether light beyond the plate is folded back at `level`, so that its image holds a plate with mirrored margins.
+    fn closes(&self, level: usize) -> bool {
         let divides = (self.size.width | self.size.height).trailing_zeros() as usize >= level;
-        level < self.levels.len() && divides && self.edges == Edges::Mirror
+        divides && self.edges == Edges::Mirror
     }
 }
 

@@ -6,11 +6,13 @@ use super::lens_probe::{LensProbe, TileSides};
 use super::plan::tile_within;
 use super::pyramid::downsample;
 use super::tile_grid::{GridIndex, TileGrid};
+use crate::Scene;
 use seidel_optics::error::Result;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Side of the squares of the plate that share a level, px.
-const SQUARE: usize = 64;
+const SQUARE: usize = 32;
 
 /// Coarsest level.
 const COARSEST: u32 = 8;
@@ -35,10 +37,10 @@ pub(super) struct SourceLevel {
 pub(super) fn source_levels(
     lens: &LensProbe,
     planes: &[View],
-    size: Size,
+    scene: &Scene,
     sides: &TileSides,
 ) -> Result<Vec<SourceLevel>> {
-    let squares = LevelSquares::new(lens, planes, size, sides);
+    let squares = LevelSquares::new(lens, planes, scene, sides);
     let mut levels = Vec::new();
     for level in 0..=squares.coarsest() {
         let mut light: Vec<Image> = planes
@@ -56,20 +58,24 @@ pub(super) fn source_levels(
         levels.push(SourceLevel::new(
             lens,
             light,
-            tile_grid(lens, sides, size, level),
+            tile_grid(lens, sides, scene, level),
         )?);
     }
     Ok(levels)
 }
 
 /// Returns the grid of tiles on a level.
-fn tile_grid(lens: &LensProbe, sides: &TileSides, size: Size, level: u32) -> TileGrid {
+fn tile_grid(lens: &LensProbe, sides: &TileSides, scene: &Scene, level: u32) -> TileGrid {
     let tile = tile_within(sides.at(level) >> level);
-    TileGrid::new(
-        level,
-        tile.max(lens.tolerance.min_tile_for(lens.model)),
-        size,
-    )
+    let tile = tile.max(lens.tolerance.min_tile_for(lens.model));
+    TileGrid::anchored(level, tile, size_of(scene), &scene.map)
+}
+
+fn size_of(scene: &Scene) -> Size {
+    Size {
+        width: scene.width,
+        height: scene.height,
+    }
 }
 
 impl SourceLevel {
@@ -80,16 +86,17 @@ impl SourceLevel {
     pub(super) fn finest(
         lens: &LensProbe,
         light: Vec<Image>,
-        size: Size,
+        scene: &Scene,
         side: usize,
     ) -> Result<Self> {
-        Self::new(lens, light, TileGrid::new(0, side, size))
+        let grid = TileGrid::anchored(0, side, size_of(scene), &scene.map);
+        Self::new(lens, light, grid)
     }
 
     fn new(lens: &LensProbe, light: Vec<Image>, grid: TileGrid) -> Result<Self> {
         let mut tiles = BTreeSet::new();
         for image in &light {
-            add_lit_tiles(&image.view(), grid.tile as i32, &mut tiles);
+            add_lit_tiles(&image.view(), grid.tile as i32, grid.origin, &mut tiles);
         }
         let corners = tiles.iter().flat_map(|tile: &GridIndex| tile.corners());
         let kernels = source_kernels(lens, &grid, &corners.collect())?;
@@ -104,16 +111,17 @@ impl SourceLevel {
     }
 }
 
-/// Adds the tiles of `side` pixels in which `image` is not zero.
-fn add_lit_tiles(image: &View, side: i32, tiles: &mut BTreeSet<GridIndex>) {
+/// Adds the tiles of `side` pixels in which `image` is not zero; the first tile begins at `origin`.
+fn add_lit_tiles(image: &View, side: i32, origin: [i32; 2], tiles: &mut BTreeSet<GridIndex>) {
+    let (left, top) = (image.left - origin[0], image.top - origin[1]);
     for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
-        let row = (image.top + y as i32).div_euclid(side);
+        let row = (top + y as i32).div_euclid(side);
         let mut x = 0;
         while let Some(lit) = line[x..].iter().position(|sample| *sample != 0.0) {
-            let column = (image.left + (x + lit) as i32).div_euclid(side);
+            let column = (left + (x + lit) as i32).div_euclid(side);
             tiles.insert(GridIndex::new(row, column));
             // On with the next tile.
-            x = ((column + 1) * side - image.left) as usize;
+            x = ((column + 1) * side - left) as usize;
             if x >= line.len() {
                 break;
             }
@@ -130,16 +138,17 @@ fn reached(
     let side = grid.tile as i32;
     let [mut left, mut top, mut right, mut bottom] = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
     for tile in tiles {
+        let [x, y] = grid.first_pixel(*tile);
         let stencils = tile
             .corners()
             .into_iter()
             .filter_map(|corner| kernels.at(corner));
         for stencil in stencils.flatten() {
             let (columns, rows) = (stencil.columns(), stencil.rows());
-            left = left.min(tile.column * side + columns.start);
-            right = right.max((tile.column + 1) * side + columns.end);
-            top = top.min(tile.row * side + rows.start);
-            bottom = bottom.max((tile.row + 1) * side + rows.end);
+            left = left.min(x + columns.start);
+            right = right.max(x + side + columns.end);
+            top = top.min(y + rows.start);
+            bottom = bottom.max(y + side + rows.end);
         }
     }
     if right <= left || bottom <= top {
@@ -158,18 +167,24 @@ fn reached(
     }
 }
 
-/// The level of each square of the plate; `None` where it is dark.
+/// The level of each square of the plate; `None` where it is dark. Squares are fixed to the frame.
 struct LevelSquares {
+    /// Pixels of the first square that lie outside the plate, along x and y.
+    before: [usize; 2],
     columns: usize,
     levels: Vec<Option<u32>>,
 }
 
 impl LevelSquares {
-    fn new(lens: &LensProbe, planes: &[View], size: Size, sides: &TileSides) -> Self {
-        let (columns, rows) = (size.width.div_ceil(SQUARE), size.height.div_ceil(SQUARE));
+    fn new(lens: &LensProbe, planes: &[View], scene: &Scene, sides: &TileSides) -> Self {
+        let size = size_of(scene);
+        let before = scene.map.place_in_cell(SQUARE);
+        let columns = (size.width + before[0]).div_ceil(SQUARE);
+        let rows = (size.height + before[1]).div_ceil(SQUARE);
         let mut lit = BTreeSet::new();
         for plane in planes {
-            add_lit_tiles(plane, SQUARE as i32, &mut lit);
+            let origin = before.map(|px| -(px as i32));
+            add_lit_tiles(plane, SQUARE as i32, origin, &mut lit);
         }
         let narrowest = lens.tolerance.min_sigma_for(lens.model);
         let most = (0..=COARSEST).rev().find(|level| {
@@ -181,16 +196,18 @@ impl LevelSquares {
             if !lit.contains(&GridIndex::new(row as i32, column as i32)) {
                 return None;
             }
-            let at = |k: usize, size: usize| (k * SQUARE).min(size) as f64;
             let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];
             let sigmas = corners.map(|(y, x)| {
-                lens.min_sigma((at(column + x, size.width), at(row + y, size.height)))
+                let x = first_pixel(column + x, before[0], size.width);
+                let y = first_pixel(row + y, before[1], size.height);
+                lens.min_sigma((x as f64, y as f64))
             });
             let sigma = sigmas.into_iter().fold(f64::INFINITY, f64::min);
             let level = (sigma / narrowest).log2().floor().max(0.0) as u32;
             Some(level.min(most.unwrap_or(0)))
         };
         Self {
+            before,
             columns,
             levels: (0..columns * rows).map(level_of).collect(),
         }
@@ -201,30 +218,50 @@ impl LevelSquares {
         self.levels.iter().flatten().copied().max().unwrap_or(0)
     }
 
-    /// Returns the light of `plane` in the squares of `level`.
+    /// Returns the light of `plane` in the squares of `level`: the rectangle that holds them.
     fn part(&self, plane: &View, level: u32) -> Image {
-        let mut part = Image::zeros(Rect {
-            left: 0,
-            top: 0,
-            width: plane.width,
-            height: plane.height,
-        });
-        if self.levels.iter().all(|own| *own != Some(level)) {
+        let Some([rows, columns]) = self.bounds(level) else {
             return Image::default();
-        }
-        let lines = part.samples.chunks_exact_mut(plane.width.max(1));
-        for (y, (out, line)) in lines
-            .zip(plane.samples.chunks_exact(plane.width.max(1)))
-            .enumerate()
-        {
-            let levels = &self.levels[y / SQUARE * self.columns..];
-            let squares = out.chunks_mut(SQUARE).zip(line.chunks(SQUARE));
-            for ((out, line), own) in squares.zip(levels) {
-                if *own == Some(level) {
-                    out.copy_from_slice(line);
+        };
+        let pixels = |squares: &Range<usize>, axis: usize, size: usize| {
+            let at = |square: usize| first_pixel(square, self.before[axis], size);
+            at(squares.start)..at(squares.end)
+        };
+        let across = pixels(&columns, 0, plane.width);
+        let down = pixels(&rows, 1, plane.height);
+        let mut part = Image::zeros(Rect {
+            left: across.start as i32,
+            top: down.start as i32,
+            width: across.len(),
+            height: down.len(),
+        });
+        let lines = part.samples.chunks_exact_mut(across.len().max(1));
+        for (y, out) in down.zip(lines) {
+            let row = (y + self.before[1]) / SQUARE;
+            let line = &plane.samples[y * plane.width..][..plane.width];
+            for column in columns.clone() {
+                if self.levels[row * self.columns + column] == Some(level) {
+                    let square = pixels(&(column..column + 1), 0, plane.width);
+                    let to = square.start - across.start..square.end - across.start;
+                    out[to].copy_from_slice(&line[square]);
                 }
             }
         }
         part
     }
+
+    /// Returns the rows and columns that hold the squares of `level`; `None` without any.
+    fn bounds(&self, level: u32) -> Option<[Range<usize>; 2]> {
+        let own = (self.levels.iter().enumerate()).filter(|(_, own)| **own == Some(level));
+        own.map(|(index, _)| (index / self.columns, index % self.columns))
+            .map(|(row, column)| [row..row + 1, column..column + 1])
+            .reduce(|a, b| {
+                [0, 1].map(|axis| a[axis].start.min(b[axis].start)..a[axis].end.max(b[axis].end))
+            })
+    }
+}
+
+/// Returns the first pixel of a square along an axis of `size` pixels; `before` of the first square lie outside.
+fn first_pixel(square: usize, before: usize, size: usize) -> usize {
+    (square * SQUARE).saturating_sub(before).min(size)
 }

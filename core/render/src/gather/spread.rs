@@ -7,89 +7,135 @@ use std::ops::Range;
 /// Black rows above and below a tile: output rows are summed [`ROWS`] at a time.
 const PADDING: usize = ROWS;
 
+/// Pixels of a row that are loaded together. Aligned to a line of the cache: a load across two lines takes twice the time.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Vector([f32; LANES]);
+
 /// The light of a tile, padded for [`spread`].
-#[derive(Default)]
 pub(super) struct TileLight {
     side: usize,
-    /// Samples a row, a multiple of [`LANES`].
-    stride: usize,
-    samples: Vec<f32>,
-    /// Rows with light in each vector of columns.
+    /// Samples, one column of vectors after the other, each with [`PADDING`] black rows above and below.
+    samples: Vec<Vector>,
+    /// Rows with light in each column of vectors.
     lit: Vec<Range<usize>>,
 }
 
 impl TileLight {
-    /// Takes the tile of `side` pixels at (`left`, `top`) from `image`; returns whether it holds light.
-    pub(super) fn take(&mut self, image: &Image, left: i32, top: i32, side: usize) -> bool {
-        self.side = side;
-        self.stride = side.next_multiple_of(LANES);
-        let rect = Rect {
-            left,
-            top,
-            width: side,
-            height: side,
+    /// Takes the tile of `side` pixels at (`left`, `top`) from `image`, if it holds light.
+    pub(super) fn take(image: &Image, left: i32, top: i32, side: usize) -> Option<Self> {
+        let cut = |start: i32, own: i32, length: usize| {
+            let inside = |at: i32| at.clamp(0, side as i32) as usize;
+            inside(own - start)..inside(own + length as i32 - start)
         };
-        self.samples.clear();
-        self.samples.resize(PADDING * self.stride, 0.0);
-        let mut tile = Vec::new();
-        let lit = image.view().copy(rect, self.stride, &mut tile);
-        self.samples.extend_from_slice(&tile);
-        self.samples.resize((side + 2 * PADDING) * self.stride, 0.0);
-        self.lit.clear();
-        for first in (0..self.stride).step_by(LANES) {
-            let is_lit = |row: &usize| {
-                let start = (PADDING + row) * self.stride + first;
-                self.samples[start..start + LANES].iter().any(|v| *v != 0.0)
-            };
-            let start = (0..side).find(is_lit).unwrap_or(0);
-            let end = (0..side).rev().find(is_lit).map_or(start, |row| row + 1);
-            self.lit.push(start..end);
+        let across = cut(left, image.left, image.width);
+        let down = cut(top, image.top, image.height);
+        let line = |row: usize| {
+            let y = (top + row as i32 - image.top) as usize;
+            let x = (left + across.start as i32 - image.left) as usize;
+            &image.samples[y * image.width + x..][..across.len()]
+        };
+        let is_lit = |row: &usize| line(*row).iter().any(|v| *v != 0.0);
+        if across.is_empty() || !down.clone().any(|row| is_lit(&row)) {
+            return None;
         }
-        lit
+        let vectors = side.div_ceil(LANES);
+        let height = side + 2 * PADDING;
+        let mut samples = vec![Vector([0.0; LANES]); vectors * height];
+        let mut lit = Vec::with_capacity(vectors);
+        for (index, column) in samples.chunks_exact_mut(height).enumerate() {
+            let first = index * LANES;
+            let (start, end) = (across.start.max(first), across.end.min(first + LANES));
+            let mut rows = 0..0;
+            if start < end {
+                for row in down.clone() {
+                    let from = &line(row)[start - across.start..end - across.start];
+                    column[PADDING + row].0[start - first..end - first].copy_from_slice(from);
+                    if from.iter().any(|v| *v != 0.0) {
+                        rows = if rows.is_empty() { row } else { rows.start }..row + 1;
+                    }
+                }
+            }
+            lit.push(rows);
+        }
+        Some(Self { side, samples, lit })
+    }
+
+    /// Returns a column of vectors.
+    #[inline(always)]
+    fn column(&self, index: usize) -> &[Vector] {
+        let height = self.side + 2 * PADDING;
+        &self.samples[index * height..][..height]
     }
 }
 
-/// Spreads the light of a tile at (`left`, `top`) with the kernels that `fir` interpolates: offsets are those of the target from the
-/// source.
-pub(super) fn spread(fir: &BilinearFir, tile: &TileLight, left: i32, top: i32) -> Image {
-    let width = tile.stride + fir.columns.len();
-    let height = tile.side + fir.rows.len() + ROWS;
-    let mut out = Image::zeros(Rect {
+/// Planes that are spread together: they share the work on the taps.
+const TOGETHER: usize = 2;
+
+/// Spreads the light of the same tile at (`left`, `top`) of some planes with the kernels that `fir` interpolates: offsets are those of
+/// the target from the source.
+pub(super) fn spread(fir: &BilinearFir, tiles: &[TileLight], left: i32, top: i32) -> Vec<Image> {
+    let (whole, rest) = tiles.as_chunks::<TOGETHER>();
+    let pairs = whole
+        .iter()
+        .flat_map(|pair| spread_together(fir, pair, left, top));
+    let single = rest
+        .iter()
+        .flat_map(|tile| spread_together(fir, std::array::from_ref(tile), left, top));
+    pairs.chain(single).collect()
+}
+
+/// [`spread`] for `N` planes.
+fn spread_together<const N: usize>(
+    fir: &BilinearFir,
+    tiles: &[TileLight; N],
+    left: i32,
+    top: i32,
+) -> [Image; N] {
+    let side = tiles[0].side;
+    let width = side.next_multiple_of(LANES) + fir.columns.len();
+    let rect = Rect {
         left: left + fir.columns.start,
         top: top + fir.rows.start,
         width,
-        height,
-    });
+        height: side + fir.rows.len() + ROWS,
+    };
+    let mut out: [Image; N] = std::array::from_fn(|_| Image::zeros(rect));
     pulp::Arch::new().dispatch(Spreading {
         runs: fir.runs(),
         taps: fir.taps(),
-        tile,
+        tiles,
         stride: width,
-        out: &mut out.samples,
+        out: out.each_mut().map(|image| image.samples.as_mut_slice()),
     });
     out
 }
 
-/// [`spread`] for `pulp::Arch::dispatch`.
-struct Spreading<'a> {
+/// [`spread_together`] for `pulp::Arch::dispatch`.
+struct Spreading<'a, const N: usize> {
     runs: &'a [TapRun],
     taps: &'a [[f32; 4]],
-    tile: &'a TileLight,
+    tiles: &'a [TileLight; N],
     stride: usize,
-    out: &'a mut [f32],
+    out: [&'a mut [f32]; N],
 }
 
-impl pulp::WithSimd for Spreading<'_> {
+impl<const N: usize> pulp::WithSimd for Spreading<'_, N> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) {
+    fn with_simd<S: pulp::Simd>(mut self, simd: S) {
         let mut places = [0.0_f32; LANES];
-        for first in (0..self.tile.stride).step_by(S::F32_LANES) {
-            let lit = self.tile.lit[first / LANES].clone();
-            if lit.is_empty() {
+        let width = self.tiles[0].lit.len() * LANES;
+        for first in (0..width).step_by(S::F32_LANES) {
+            let (index, lane) = (first / LANES, first % LANES);
+            let lit = (self.tiles.iter().map(|tile| tile.lit[index].clone()))
+                .filter(|lit| !lit.is_empty())
+                .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+            let Some(lit) = lit else {
                 continue;
-            }
+            };
+            let columns = self.tiles.each_ref().map(|tile| tile.column(index));
             for (k, place) in places.iter_mut().enumerate() {
                 *place = (first + k) as f32 + 0.5;
             }
@@ -101,19 +147,21 @@ impl pulp::WithSimd for Spreading<'_> {
                     // Tap k takes row `row + i` from source row `row + i - run.row - k`.
                     let from = (row + 1).saturating_sub(run.row + lit.end);
                     let to = (row + ROWS - run.row - lit.start).min(taps.len());
-                    let mut sums = [simd.splat_f32s(0.0); ROWS];
+                    let mut sums = [[simd.splat_f32s(0.0); ROWS]; N];
                     for (k, tap) in taps[..to].iter().enumerate().skip(from) {
                         let source = row + PADDING - run.row - k;
-                        let rows = &self.tile.samples[source * self.tile.stride + first..];
+                        let rows = columns.map(|column| rows_from(column, source));
                         let y = source as f32 - PADDING as f32 + 0.5;
-                        add::<S>(simd, *tap, across, y, rows, self.tile.stride, &mut sums);
+                        add::<S, N>(simd, *tap, across, y, rows, lane, &mut sums);
                     }
                     let start = row * self.stride + run.column + first;
-                    for (i, sum) in sums.into_iter().enumerate() {
-                        let at = start + i * self.stride;
-                        let out = &mut self.out[at..at + S::F32_LANES];
-                        let (out, _) = S::as_mut_simd_f32s(out);
-                        out[0] = simd.add_f32s(out[0], sum);
+                    for (out, sums) in self.out.iter_mut().zip(sums) {
+                        for (i, sum) in sums.into_iter().enumerate() {
+                            let at = start + i * self.stride;
+                            let out = &mut out[at..at + S::F32_LANES];
+                            let (out, _) = S::as_mut_simd_f32s(out);
+                            out[0] = simd.add_f32s(out[0], sum);
+                        }
                     }
                 }
             }
@@ -121,22 +169,35 @@ impl pulp::WithSimd for Spreading<'_> {
     }
 }
 
-/// Adds one tap to the sums of [`ROWS`] rows; the first source row lies at `y` and the columns at `across`, px from the tile's corner.
+/// Returns [`ROWS`] rows of a column of vectors.
 #[inline(always)]
-fn add<S: pulp::Simd>(
+fn rows_from(column: &[Vector], first: usize) -> &[Vector; ROWS] {
+    match column[first..].first_chunk() {
+        Some(rows) => rows,
+        None => unreachable!("columns are padded"),
+    }
+}
+
+/// Adds one tap to the sums of [`ROWS`] rows of `N` planes; the first source row lies at `y` and the columns at `across`, px from the
+/// tile's corner.
+#[inline(always)]
+fn add<S: pulp::Simd, const N: usize>(
     simd: S,
     [at, by_x, by_y, by_both]: [f32; 4],
     across: S::f32s,
     y: f32,
-    sources: &[f32],
-    stride: usize,
-    sums: &mut [S::f32s; ROWS],
+    sources: [&[Vector; ROWS]; N],
+    lane: usize,
+    sums: &mut [[S::f32s; ROWS]; N],
 ) {
     let change = simd.mul_add_f32s(simd.splat_f32s(by_both), across, simd.splat_f32s(by_y));
     let base = simd.mul_add_f32s(simd.splat_f32s(by_x), across, simd.splat_f32s(at));
     let mut weight = simd.mul_add_f32s(change, simd.splat_f32s(y), base);
-    for (i, sum) in sums.iter_mut().enumerate() {
-        *sum = simd.mul_add_f32s(weight, load::<S>(sources, i * stride), *sum);
+    for i in 0..ROWS {
+        for (sums, sources) in sums.iter_mut().zip(sources) {
+            let samples = load::<S>(&sources[i].0, lane);
+            sums[i] = simd.mul_add_f32s(weight, samples, sums[i]);
+        }
         weight = simd.add_f32s(weight, change);
     }
 }
@@ -177,9 +238,11 @@ mod tests {
                 // Mostly dark.
                 *sample = (random.unit() as f32 - 0.7).max(0.0);
             }
-            let mut light = TileLight::default();
-            assert!(light.take(&image, left, top, side));
-            let found = spread(&fir, &light, left, top);
+            let light = || TileLight::take(&image, left, top, side).unwrap();
+            let found = spread(&fir, &[light(), light(), light()], left, top);
+            assert_eq!(found[0].samples, found[1].samples);
+            assert_eq!(found[0].samples, found[2].samples);
+            let found = &found[0];
             let mut expected = Image::zeros(found.rect());
             for row in 0..side {
                 for column in 0..side {
@@ -224,6 +287,6 @@ mod tests {
             width: 40,
             height: 40,
         });
-        assert!(!TileLight::default().take(&image, 16, 16, 16));
+        assert!(TileLight::take(&image, 16, 16, 16).is_none());
     }
 }

@@ -1,17 +1,21 @@
 //! The tiles of a pyramid level, and the nodes at their corners where the lens is evaluated.
 
 use super::image::Size;
+use crate::PlateMap;
 use std::ops::Range;
 
-/// Square tiles of a level's pixels, anchored at the plate's top-left outer corner.
+/// Square tiles of a level's pixels, anchored at the plate's top-left outer corner, or at the frame's.
 ///
-/// Tiles and nodes depend on the plate alone, not on the part to render.
+/// Tiles and nodes depend on the plate alone, not on the part to render. Those of the crops of a plate are anchored at the frame: a crop
+/// moves with what is in it, and the light of what stays must not change with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TileGrid {
     /// Pyramid level; its pixels are 2^level plate pixels wide.
     pub(super) level: u32,
     /// Side of a tile, pixels of the level.
     pub(super) tile: usize,
+    /// Position of node 0 along x and y, pixels of the level: 0, or before the plate by less than a tile.
+    pub(super) origin: [i32; 2],
     /// Index of the last node along x and y: all sources lie between nodes 0 and this one.
     pub(super) last: [i32; 2],
 }
@@ -50,12 +54,37 @@ pub(super) struct NodeWeights {
 impl TileGrid {
     /// The grid of tiles with sides of `tile` pixels at `level` over a plate of `size`.
     pub(super) fn new(level: u32, tile: usize, size: Size) -> Self {
-        let side = tile << level;
+        Self::beginning(level, tile, size, [0; 2])
+    }
+
+    /// The grid of tiles over a plate of `size` at `map`, anchored at the frame, as far as the pixels of the level allow.
+    pub(super) fn anchored(level: u32, tile: usize, size: Size, map: &PlateMap) -> Self {
+        let before = map.place_in_cell(tile << level).map(|px| px >> level);
+        Self::beginning(level, tile, size, before)
+    }
+
+    /// The grid whose node 0 lies `before` the plate, pixels of the level.
+    fn beginning(level: u32, tile: usize, size: Size, before: [usize; 2]) -> Self {
+        let sizes = [size.width, size.height];
+        let last = |axis: usize| {
+            let px = sizes[axis] + (before[axis] << level);
+            px.div_ceil(tile << level).max(1) as i32
+        };
         Self {
             level,
             tile,
-            last: [size.width, size.height].map(|size| size.div_ceil(side).max(1) as i32),
+            origin: before.map(|px| -(px as i32)),
+            last: [last(0), last(1)],
         }
+    }
+
+    /// Returns the first pixel (x, y) of `tile`, pixels of the level.
+    pub(super) fn first_pixel(&self, tile: GridIndex) -> [i32; 2] {
+        let side = self.tile as i32;
+        [
+            self.origin[0] + tile.column * side,
+            self.origin[1] + tile.row * side,
+        ]
     }
 
     /// Returns the width of one of the level's pixels, plate px.
@@ -65,20 +94,20 @@ impl TileGrid {
 
     /// Returns the plate point (x, y) of `node`, px from the plate's outer corner.
     pub(super) fn plate_point(&self, node: GridIndex) -> (f64, f64) {
-        let side = (self.tile << self.level) as f64;
-        (f64::from(node.column) * side, f64::from(node.row) * side)
+        let [x, y] = self.first_pixel(node).map(f64::from);
+        (x * self.step(), y * self.step())
     }
 
     /// Returns the plate columns that `tile` covers.
     pub(super) fn plate_columns(&self, tile: GridIndex) -> Range<i32> {
-        let side = (self.tile << self.level) as i32;
-        tile.column * side..(tile.column + 1) * side
+        let [x, _] = self.first_pixel(tile);
+        x << self.level..(x + self.tile as i32) << self.level
     }
 
     /// Returns the plate rows that `tile` covers.
     pub(super) fn plate_rows(&self, tile: GridIndex) -> Range<i32> {
-        let side = (self.tile << self.level) as i32;
-        tile.row * side..(tile.row + 1) * side
+        let [_, y] = self.first_pixel(tile);
+        y << self.level..(y + self.tile as i32) << self.level
     }
 
     /// Returns the weights of the nodes along `axis` for sources at `offsets`, pixels of the level from node `corner`.

@@ -92,10 +92,9 @@ struct Part {
     index: usize,
 }
 
-/// Builds the pyramid of `input`, which has at least one plane: cells of 2 px first, up to 2^`levels`.
-pub(super) fn build(input: &LayeredPlate, levels: u32) -> Vec<CellLevel> {
+/// Builds the pyramid of `input`, which has at least one plane, from the pixels of its `band`: cells of 2 px first, up to 2^`levels`.
+pub(super) fn build(input: &LayeredPlate, band: &[f32], levels: u32) -> Vec<CellLevel> {
     let planes = input.planes.len();
-    let band = band(input);
     let [x, y] = input.origin;
     let last = [x + input.width - 1, y + input.height - 1];
     let mut pyramid: Vec<CellLevel> = Vec::new();
@@ -185,7 +184,7 @@ fn merged(
 }
 
 /// Returns the weight of each pixel as the far side of a jump.
-fn band(input: &LayeredPlate) -> Vec<f32> {
+pub(super) fn band(input: &LayeredPlate) -> Vec<f32> {
     let (width, height, coordinates) = (input.width, input.height, input.coordinates);
     // Coordinates of the near sides of jumps.
     let mut near = vec![f32::NEG_INFINITY; coordinates.len()];

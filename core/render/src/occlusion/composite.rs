@@ -113,7 +113,16 @@ impl Compositor {
         let (presence_of, mix_of) = (&self.presence_of, &self.mix_of);
         let rows = self.rows[row..row + height].par_iter_mut().enumerate();
         rows.for_each_init(Scratch::default, |scratch, (line, row)| {
-            row.add(layer, mattes, line, presence_of, mix_of, scratch);
+            let add = RowAddition {
+                row,
+                layer,
+                mattes,
+                line,
+                presence_of,
+                mix_of,
+                scratch,
+            };
+            pulp::Arch::new().dispatch(add);
         });
     }
 
@@ -146,8 +155,38 @@ struct Scratch {
     shares: Vec<Vec<f32>>,
 }
 
+/// [`Row::add`] for `pulp::Arch::dispatch`, which compiles it for the widest vectors of the processor.
+struct RowAddition<'a> {
+    row: &'a mut Row,
+    layer: &'a BlurredLayer<'a>,
+    mattes: &'a SharpMattes<'a>,
+    line: usize,
+    presence_of: &'a [Vec<f32>],
+    mix_of: &'a [usize],
+    scratch: &'a mut Scratch,
+}
+
+impl pulp::NullaryFnOnce for RowAddition<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self {
+            row,
+            layer,
+            mattes,
+            line,
+            presence_of,
+            mix_of,
+            scratch,
+        } = self;
+        row.add(layer, mattes, line, presence_of, mix_of, scratch);
+    }
+}
+
 impl Row {
     /// Adds row `line` of the layer's crop.
+    #[inline(always)]
     fn add(
         &mut self,
         layer: &BlurredLayer,
@@ -190,22 +229,27 @@ impl Row {
     }
 
     /// Closes surfaces where layers between the last one and `layer` were empty.
+    #[inline(always)]
     fn close_missed(&mut self, layer: i32, columns: std::ops::Range<usize>) {
-        for column in columns {
-            let last = &mut self.last[column];
-            if *last != layer + 1 {
-                for mix in &mut self.mixes {
-                    mix.transmittance[column] *= 1.0 - mix.surface[column];
-                    mix.surface[column] = 0.0;
-                }
+        let last = &mut self.last[columns.clone()];
+        for mix in &mut self.mixes {
+            let state = mix.transmittance[columns.clone()]
+                .iter_mut()
+                .zip(&mut mix.surface[columns.clone()]);
+            for ((transmittance, surface), last) in state.zip(&*last) {
+                let is_missed = *last != layer + 1;
+                let left = if is_missed { 1.0 - *surface } else { 1.0 };
+                *transmittance *= left;
+                *surface = if is_missed { 0.0 } else { *surface };
             }
-            *last = layer;
         }
+        last.fill(layer);
     }
 }
 
 impl MixRow {
     /// Adds a layer with this `presence` behind `outline`, the transmittance of outlines, and writes u / m to `shares`.
+    #[inline(always)]
     fn add(
         &mut self,
         columns: std::ops::Range<usize>,
@@ -258,6 +302,7 @@ impl SharpMattes<'_> {
     }
 
     /// Computes the transmittance in front of a layer at the plate's pixels `range`.
+    #[inline(always)]
     fn fill(&self, layer: &BlurredLayer, range: std::ops::Range<usize>, scratch: &mut Scratch) {
         let Scratch {
             holdout: through_holdout,

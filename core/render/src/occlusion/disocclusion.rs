@@ -7,6 +7,7 @@
 
 use super::cell_pyramid::{self, CellLevel, JUMP};
 use super::depth_layers::DepthLayers;
+use super::edge_distance::EdgeDistance;
 use crate::{Plane, PlateMap};
 use rayon::prelude::*;
 
@@ -34,9 +35,7 @@ pub(super) struct LayeredPlate<'a> {
 
 /// Returns the position of a plate's first pixel on the frame's grid of cells.
 pub(super) fn grid_origin(map: PlateMap) -> [usize; 2] {
-    let period = f64::from(1 << MAX_LEVELS);
-    [map.origin.x_px, map.origin.y_px]
-        .map(|at| (at * map.scale).round().rem_euclid(period) as usize)
+    map.place_in_cell(1 << MAX_LEVELS)
 }
 
 /// Samples of one row in addition to the plate's: hidden ones, or corrections of mixed pixels.
@@ -61,24 +60,38 @@ pub(super) fn hidden_samples(
         .coordinates
         .par_iter()
         .map(|coordinate| layers.size(*coordinate));
-    let reach = 2.0 * largest.reduce(|| 0.0, f32::max);
+    let largest = largest.reduce(|| 0.0, f32::max);
+    let reach = 2.0 * largest;
     let levels = (1..MAX_LEVELS)
         .find(|level| (1 << level) as f32 >= 6.0 * (reach + SPARE_PX))
         .unwrap_or(MAX_LEVELS);
-    let pyramid = cell_pyramid::build(input, levels);
+    let band = cell_pyramid::band(input);
+    let pyramid = cell_pyramid::build(input, &band, levels);
+    let edges = NearbyEdges {
+        distance: EdgeDistance::new(&band, input.width),
+        largest_size: largest,
+    };
     (0..input.height)
         .into_par_iter()
-        .map(|row| goes_on().then(|| hidden_row(input, layers, &pyramid, row)))
+        .map(|row| goes_on().then(|| hidden_row(input, layers, &pyramid, &edges, row)))
         .collect()
 }
 
 /// Margin added to the reach of the blur, px.
 const SPARE_PX: f32 = 2.0;
 
+/// The edges of a plate, and how far blur reaches across them.
+struct NearbyEdges {
+    distance: EdgeDistance,
+    /// Largest kernel size on the plate, px.
+    largest_size: f32,
+}
+
 fn hidden_row(
     input: &LayeredPlate,
     layers: &DepthLayers,
     pyramid: &[CellLevel],
+    edges: &NearbyEdges,
     row: usize,
 ) -> ExtraSamples {
     let mut out = ExtraSamples::default();
@@ -92,19 +105,39 @@ fn hidden_row(
         .map(|(index, level)| CellRows::new(level, (2 << index) as f32, row + input.origin[1]))
         .collect();
     for column in 0..input.width {
-        let coordinate = input.coordinates[row * input.width + column];
+        let index = row * input.width + column;
+        let coordinate = input.coordinates[index];
+        let (own, distance_px) = (layers.size(coordinate), edges.distance.px(index));
+        if share_uncovered(distance_px, own + edges.largest_size + SPARE_PX) == 0.0 {
+            continue;
+        }
         estimate.estimate(&lines, layers, column + input.origin[0], coordinate);
-        if estimate.weight > MIN_WEIGHT {
+        if estimate.weight <= MIN_WEIGHT {
+            continue;
+        }
+        let behind = estimate.coordinate / estimate.weight;
+        let reach = own + layers.size(behind) + SPARE_PX;
+        let presence =
+            (FULL_PRESENCE * estimate.weight).min(1.0) * share_uncovered(distance_px, reach);
+        if presence > MIN_WEIGHT {
             out.columns.push(column as u32);
-            let presence = (FULL_PRESENCE * estimate.weight).min(1.0);
             out.weights.push(presence);
-            out.coordinates.push(estimate.coordinate / estimate.weight);
+            out.coordinates.push(behind);
             let gain = presence / estimate.weight;
             out.samples
                 .extend(estimate.samples.iter().map(|sample| gain * sample));
         }
     }
     out
+}
+
+/// Returns the presence of hidden samples at a distance from the nearest edge, where blur `reach`es across it: none beyond one and a half
+/// times the reach.
+///
+/// Blur uncovers no sample farther away. It would show in the gaps between the slices of a slanted surface, and change with whatever moves
+/// near the edge.
+fn share_uncovered(distance_px: f32, reach: f32) -> f32 {
+    (3.0 - 2.0 * distance_px / reach).clamp(0.0, 1.0)
 }
 
 /// The two rows of cells of one level around a row of pixels.

@@ -33,9 +33,7 @@ struct Blocks {
 
 impl Blocks {
     fn new(scene: &Scene) -> Self {
-        let origin = [scene.map.origin.x_px, scene.map.origin.y_px];
-        let before =
-            origin.map(|at| (at * scene.map.scale).round().rem_euclid(BLOCK_PX as f64) as usize);
+        let before = scene.map.place_in_cell(BLOCK_PX);
         let size = [scene.width, scene.height];
         Self {
             before,

@@ -14,6 +14,7 @@ mod cut_lights;
 mod depth_edges;
 mod depth_layers;
 mod disocclusion;
+mod edge_distance;
 mod farthest_nearby;
 mod layer_samples;
 mod layer_waves;
