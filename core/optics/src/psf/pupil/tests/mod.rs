@@ -1,5 +1,6 @@
 //! The pupil PSF against histograms of millions of rays, closed forms and numeric derivatives.
 
+mod obstruction;
 mod optical_psf;
 mod wave;
 
