@@ -147,6 +147,7 @@ pub use seidel_calibrate::fit::{Fit, FitSettings, Model, fit};
 pub use seidel_optics::distance::ObjectDistance;
 pub use seidel_optics::error::{Error, ErrorKind, Fault, Result};
 pub use seidel_optics::field::ImagePoint;
+pub use seidel_optics::lens::AperturePicture;
 pub use seidel_optics::observations::ObservationSet;
 pub use seidel_optics::profile::{Blades, Controls, LensProfile, Look, LookRange};
 pub use seidel_optics::{Progress, no_progress};

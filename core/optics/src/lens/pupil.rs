@@ -1,8 +1,10 @@
 //! The pupil of a lens for one image point in one channel: wavefront, stops, transmission and sensor.
 
 mod obstruction;
+mod picture;
 
 pub use obstruction::Shadow;
+pub use picture::AperturePicture;
 
 use super::wavefront::{DEGREE, TERMS, Wavefront, powers};
 use crate::moments::CentralMoments;
@@ -23,18 +25,33 @@ pub struct Transmission {
     pub fourth: f64,
     /// Centre (x, y) of the filter, pupil radii.
     pub centre: [f64; 2],
+    /// A picture whose transmission multiplies that of the filter. Derivatives leave it as it is.
+    pub picture: Option<PictureMask>,
+}
+
+/// A picture over the pupil.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PictureMask {
+    /// The picture.
+    pub picture: AperturePicture,
+    /// Factor on pupil points before they are looked up; negative for a picture turned by 180 degrees.
+    pub scale: f64,
 }
 
 impl Transmission {
     /// Returns whether the transmission is one everywhere.
     pub fn is_uniform(&self) -> bool {
-        self.square == 0.0 && self.fourth == 0.0
+        self.square == 0.0 && self.fourth == 0.0 && self.picture.is_none()
     }
 
     /// Returns the transmission at pupil point `u`.
     pub fn at(&self, u: [f64; 2]) -> f64 {
         let (_, r2) = self.offset(u);
-        (-(self.square + self.fourth * r2) * r2).exp()
+        let filter = (-(self.square + self.fourth * r2) * r2).exp();
+        match &self.picture {
+            None => filter,
+            Some(mask) => filter * mask.picture.at(u.map(|u| u * mask.scale)),
+        }
     }
 
     /// Returns the gradient (x, y) of the logarithm of the transmission at pupil point `u`.
@@ -232,6 +249,10 @@ impl LocalPupil {
                 square: self.transmission.square * ratio.powi(2),
                 fourth: self.transmission.fourth * ratio.powi(4),
                 centre: self.transmission.centre.map(|c| c / ratio),
+                picture: self.transmission.picture.map(|mask| PictureMask {
+                    scale: mask.scale * ratio,
+                    ..mask
+                }),
             },
             squeeze: self.squeeze,
             blur_ratio: self.blur_ratio,
@@ -395,7 +416,7 @@ impl LocalPupil {
 
     /// Returns rays as [`LocalPupil::rays`], without the obstruction.
     fn rays_within_stops(&self) -> Vec<(f64, [f64; 2])> {
-        let angles = if self.stop_count > FEW_STOPS {
+        let angles = if self.stop_count > FEW_STOPS || self.transmission.picture.is_some() {
             MORE_ANGLES
         } else {
             ANGLES

@@ -1,9 +1,13 @@
 //! Looks: artistic changes of the pupil and the colour of a lens, each in the numbers of an effect of the model.
 
 mod change;
+mod picture;
+
+use std::fmt;
 
 use super::{LensDescription, LensProfile};
 use crate::error::{Error, ErrorKind, Result};
+use crate::lens::AperturePicture;
 use change::Change;
 
 /// A change of the look of a lens. The default leaves the lens as measured, to the bit.
@@ -13,6 +17,9 @@ use change::Change;
 pub struct Look {
     /// Iris blades in place of the lens's own: effect `aperture_polygon`. `None` keeps those.
     pub blades: Option<Blades>,
+    /// A picture of the aperture, its transmission over the pupil: background discs show it upright, foreground discs turned by
+    /// 180 degrees. It darkens light that the iris lets through.
+    pub picture: Option<&'static AperturePicture>,
     /// Height of defocused discs over their width, times that of the lens, as of an anamorphic lens of this squeeze: effect
     /// `anamorphic`.
     pub squeeze: f64,
@@ -108,6 +115,7 @@ impl Default for Look {
     fn default() -> Self {
         Self {
             blades: None,
+            picture: None,
             squeeze: Self::SQUEEZE.neutral,
             obstruction: Self::OBSTRUCTION.neutral,
             cats_eye: Self::CATS_EYE.neutral,
@@ -144,9 +152,11 @@ impl Look {
         Self::COLOUR.check("axial colour", self.axial_colour)?;
         Self::COLOUR.check("lateral colour", self.lateral_colour)
     }
+}
 
-    /// Returns the look in words, for provenance.
-    fn describe(&self) -> String {
+/// The changes of the look in words, for provenance.
+impl fmt::Display for Look {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let blades = self.blades.map(|blades| match blades.count {
             0 => "round iris".to_owned(),
             count => format!(
@@ -163,17 +173,19 @@ impl Look {
             ("lateral colour", self.lateral_colour, Self::COLOUR),
         ];
         let changed = numbers.iter().filter(|(_, v, range)| *v != range.neutral);
-        let parts = blades
-            .into_iter()
+        let picture = self.picture.map(|_| "aperture picture".to_owned());
+        let parts = (blades.into_iter())
+            .chain(picture)
             .chain(changed.map(|(name, value, _)| format!("{name} {value}")));
-        parts.collect::<Vec<_>>().join(", ")
+        f.write_str(&parts.collect::<Vec<_>>().join(", "))
     }
 }
 
 impl LensProfile {
     /// Returns the same lens with `look`, which acts on the lens as its controls are set.
     ///
-    /// The result has no held-out score, and its effect parameters may exceed the limits of profiles in files.
+    /// The result has no held-out score, and its effect parameters may exceed the limits of profiles in files. A file cannot hold
+    /// a picture of the aperture: a profile with one is written, but not read back.
     ///
     /// # Errors
     /// [`ErrorKind::Unsupported`] for a profile of the kind `moments`, which has no pupil. Rejects values out of range, and a
@@ -196,7 +208,7 @@ impl LensProfile {
             half_width_px: self.frame.half_width_px(),
         };
         let mut provenance = self.provenance.clone();
-        provenance.settings = format!("{}; look: {}", provenance.settings, look.describe());
+        provenance.settings = format!("{}; look: {look}", provenance.settings);
         Ok(Self {
             description: LensDescription::Pupil(change.channels(channels)?),
             held_out: None,

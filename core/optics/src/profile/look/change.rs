@@ -83,6 +83,11 @@ impl Change<'_> {
                 &[count, blades.rotation_deg, 1.0, blades.roundness],
             );
         }
+        // Light of far points lands on the side opposite to that of its ray in the pupil if alpha rises with vergence.
+        let sign = rising(channel);
+        if let Some(picture) = look.picture {
+            insert(&mut channel.added, with_values(picture, &[-sign]));
+        }
         if look.squeeze != 1.0 {
             let carried = carried_or_added(channel, &Anamorphic);
             let width = &mut carried.values[ANAMORPHIC_PUPIL];
@@ -103,9 +108,6 @@ impl Change<'_> {
         if look.spherical != 0.0 {
             // Far points have alpha of the sign opposite to that of its slope: there, opposite spherical aberration brightens
             // rims.
-            let (low, high) = channel.measured_vergence;
-            let slope = channel.alpha.slope((low + high) / 2.0);
-            let sign = if slope < 0.0 { -1.0 } else { 1.0 };
             let beta = sign * look.spherical * SPHERICAL_REACH * self.half_width_px;
             channel.beta.coefficients[0] += beta;
             let refocus = &mut carried_or_added(channel, &DefocusOffset).values[0];
@@ -113,6 +115,13 @@ impl Change<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns the sign of the change of defocus with vergence; 1 where it does not depend on vergence.
+fn rising(channel: &PupilChannel) -> f64 {
+    let (low, high) = channel.measured_vergence;
+    let slope = channel.alpha.slope((low + high) / 2.0);
+    if slope < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// Returns the mean defocus of the channels.

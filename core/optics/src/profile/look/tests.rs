@@ -328,6 +328,47 @@ fn cats_eyes_are_the_area_of_corner_discs() {
 }
 
 #[test]
+fn background_discs_show_the_picture_upright_and_foreground_discs_turned() {
+    // Light in the upper right quarter.
+    let samples: Vec<f32> = (0..80 * 80)
+        .map(|k| f32::from(u8::from(k % 80 >= 40 && k / 80 < 40)))
+        .collect();
+    let picture: &'static AperturePicture =
+        Box::leak(Box::new(AperturePicture::new(80, &samples).expect("lit")));
+    let look = Look {
+        picture: Some(picture),
+        ..Look::default()
+    };
+    for name in ["modern-50", "soft-portrait-85"] {
+        let lens = with(name, look);
+        for (vergence, upright) in [(FAR, true), (NEAR, false)] {
+            let mut pupil = green(&lens, AXIS, vergence).pupil.expect("rays");
+            // Diffraction and rays see the same picture.
+            for wave_px in [0.0, 0.4] {
+                pupil.wave_px = wave_px;
+                let blur = LocalBlur::from_pupil(pupil, crate::field::Meridian::X);
+                let tile = tile(&lens, &blur);
+                let [x, y] = pupil.centroid();
+                let chief = [MIDDLE - x, MIDDLE - y];
+                let mut lit = 0.0;
+                for (k, light) in tile.iter().enumerate() {
+                    let right = (k % SIDE) as f64 + 0.5 > chief[0];
+                    let above = (k / SIDE) as f64 + 0.5 < chief[1];
+                    if right == upright && above == upright {
+                        lit += light;
+                    }
+                }
+                let share = lit / tile.iter().sum::<f64>();
+                assert!(share > 0.85, "{name} {vergence} {wave_px}: {share}");
+            }
+        }
+    }
+    let text = lens("modern-50").with_look(&look).expect("valid").to_json();
+    let error = LensProfile::from_json(&text).expect_err("files hold no picture");
+    assert!(error.to_string().contains("aperture_picture"), "{error}");
+}
+
+#[test]
 fn looks_are_saved_with_the_lens() {
     let look = Look {
         blades: Some(Blades {
@@ -335,6 +376,7 @@ fn looks_are_saved_with_the_lens() {
             roundness: 0.3,
             rotation_deg: -20.0,
         }),
+        picture: None,
         squeeze: 1.5,
         obstruction: 0.3,
         cats_eye: 0.4,
