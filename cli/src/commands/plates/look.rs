@@ -14,7 +14,7 @@ use seidel_image_io::image_channel::ImageChannel;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Look")]
 pub(crate) struct LookArgs {
-    /// Number of iris blades, 3 to 13, or 0 for a round iris; those of the lens if omitted
+    /// Iris blades: 3 to 13, or 0 for a round iris; those of the lens if omitted
     ///
     /// All looks but bloom need a lens of rays: one of the library, or one fitted with --model reduced or extended. They act on
     /// the lens as --f-number and --focus-distance set it.
