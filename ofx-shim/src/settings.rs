@@ -15,7 +15,8 @@ use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
 use crate::knobs::{Knob, Knobs, depth, focus, lens, remove, render};
 use crate::lens::{LensOrigin, built_in, load};
-pub(crate) use look::put_look;
+use look::put_look;
+pub(crate) use look::put_look_with;
 
 /// Quality that the host asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

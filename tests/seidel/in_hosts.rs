@@ -188,6 +188,60 @@ fn looks_equal_the_command() {
 }
 
 #[test]
+fn pictures_of_the_aperture_equal_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    write_shades(folder, |shade, k| {
+        shade * if k.is_multiple_of(517) { 30.0 } else { 0.2 }
+    });
+    let half = |shade: f32| {
+        let lit = move |k: usize| if k % 30 < 14 { shade } else { 0.0 };
+        (0..30 * 20).map(lit).collect::<Vec<f32>>()
+    };
+    let channels = [
+        ("R", half(1.0)),
+        ("G", half(0.7)),
+        ("B", half(0.4)),
+        ("A", half(0.9)),
+    ];
+    write_exr(&folder.join("aperture.exr"), 30, 20, &channels);
+    let render = |feeds: &[(&str, &str)]| {
+        let lens = folder.join("lens.json").display().to_string();
+        let settings = [
+            ("lens", "Lens File"),
+            ("profile", lens.as_str()),
+            ("distance", "1.2"),
+            ("useAperture", "on"),
+        ];
+        let job = RenderJob {
+            plugin: built_plugin("seidel_ofx").expect("built with the tests"),
+            feeds: (feeds.iter())
+                .map(|(clip, file)| ClipFile {
+                    clip: (*clip).to_owned(),
+                    file: folder.join(file),
+                    channel: None,
+                })
+                .collect(),
+            settings: settings
+                .map(|(name, words)| (name.to_owned(), words.to_owned()))
+                .to_vec(),
+            ..RenderJob::default()
+        };
+        job.run()
+    };
+    let source = ("Source", "plate.exr");
+    let host = render(&[source, ("Aperture", "aperture.exr")]).expect("rendered");
+    let line = "apply --lens @lens.json --distance 1.2";
+    let picture = "--aperture-picture @aperture.exr";
+    assert_equals_command(&host, folder, &format!("{line} {picture}"));
+    let plain = in_host(folder, false, &[("distance", "1.2")]);
+    assert_ne!(host.samples, plain.samples);
+    let report = render(&[source]).expect_err("no picture");
+    assert!(report.contains("Use Aperture"), "{report}");
+}
+
+#[test]
 fn lenses_of_the_library_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

@@ -72,6 +72,13 @@ pub(crate) static ROTATION: Knob = number(
     1,
 );
 
+pub(crate) static USE_APERTURE: Knob = Knob {
+    name: c"useAperture",
+    label: c"Use Aperture",
+    hint: c"Discs show the picture of the input Aperture: white where light passes, its shorter side as wide as the pupil.",
+    kind: Kind::Switch(false),
+};
+
 pub(crate) static SQUEEZE: Knob = number(
     c"squeeze",
     c"Squeeze",
@@ -165,6 +172,7 @@ pub(crate) static GROUP: Group = Group {
         &BLADES,
         &ROUNDNESS,
         &ROTATION,
+        &USE_APERTURE,
         &SQUEEZE,
         &OBSTRUCTION,
         &CATS_EYE,

@@ -1,6 +1,6 @@
 //! The knobs of the look as settings of the core.
 
-use seidel_core::{Blades, Bloom, Lens, Look, Settings};
+use seidel_core::{AperturePicture, Blades, Bloom, Lens, Look, Settings};
 
 use super::unless_zero;
 use crate::host::{Failure, Result};
@@ -11,13 +11,26 @@ use crate::knobs::{Knobs, look};
 /// # Errors
 /// A look of a lens that has no rays.
 pub(crate) fn put_look(knobs: &Knobs, profile: &Lens, settings: &mut Settings) -> Result<()> {
+    put_look_with(knobs, profile, None, settings)
+}
+
+/// Puts look and bloom into `settings` as [`put_look`], with a picture of the aperture.
+///
+/// # Errors
+/// Those of [`put_look`].
+pub(crate) fn put_look_with(
+    knobs: &Knobs,
+    profile: &Lens,
+    picture: Option<&'static AperturePicture>,
+    settings: &mut Settings,
+) -> Result<()> {
     let chosen = Look {
         blades: look::blade_count(knobs.choice(&look::BLADES)).map(|count| Blades {
             count,
             roundness: knobs.number(&look::ROUNDNESS),
             rotation_deg: knobs.number(&look::ROTATION),
         }),
-        picture: None,
+        picture,
         squeeze: knobs.number(&look::SQUEEZE),
         obstruction: knobs.number(&look::OBSTRUCTION),
         cats_eye: knobs.number(&look::CATS_EYE),
