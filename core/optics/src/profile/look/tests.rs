@@ -1,4 +1,4 @@
-//! What each look does to PSFs, measured on drawn ones.
+//! Tests of each look on PSFs, drawn and measured.
 
 use std::f64::consts::TAU;
 
