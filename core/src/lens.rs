@@ -6,7 +6,7 @@ use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::ImagePoint;
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::predict::{Predictor, predict_set};
-use seidel_optics::profile::{Controls, LensProfile};
+use seidel_optics::profile::{Controls, LensProfile, Look};
 use seidel_optics::psf::{self, LocalBlur};
 use seidel_optics::tile::Tile;
 use seidel_render::KernelStore;
@@ -145,6 +145,22 @@ impl Lens {
                 error.with_kind(ErrorKind::Unsupported)
             }
         })?;
+        self.sharing_kernels(profile)
+    }
+
+    /// Returns the lens with `look`.
+    ///
+    /// # Errors
+    /// Those of [`LensProfile::with_look`].
+    pub fn with_look(&self, look: &Look) -> Result<Self> {
+        if look.is_neutral() {
+            return Ok(self.clone());
+        }
+        self.sharing_kernels(self.profile.with_look(look)?)
+    }
+
+    /// Returns the lens of `profile`, which uses the kernels of this one.
+    fn sharing_kernels(&self, profile: LensProfile) -> Result<Self> {
         Ok(Self {
             kernels: Arc::clone(&self.kernels),
             ..Self::new(profile)?

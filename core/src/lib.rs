@@ -147,11 +147,12 @@ pub use seidel_calibrate::fit::{Fit, FitSettings, Model, fit};
 pub use seidel_optics::distance::ObjectDistance;
 pub use seidel_optics::error::{Error, ErrorKind, Fault, Result};
 pub use seidel_optics::field::ImagePoint;
+pub use seidel_optics::lens::AperturePicture;
 pub use seidel_optics::observations::ObservationSet;
-pub use seidel_optics::profile::{Controls, LensProfile};
+pub use seidel_optics::profile::{Blades, Controls, LensProfile, Look, LookRange};
 pub use seidel_optics::{Progress, no_progress};
 pub use seidel_render::remove::Saturation;
-pub use seidel_render::{BlurMap, DepthConvention, Displacement, FocusControls};
+pub use seidel_render::{Bloom, BlurMap, DepthConvention, Displacement, FocusControls};
 pub use session::LensSession;
 pub use settings::{
     ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use seidel_optics::BlurField;
 use seidel_optics::error::{Error, Result};
 use seidel_render::{
     Background, ClampedLens, Holdout, Occlusion, Plane, RenderWindow, Scene, VergencePass,
@@ -277,16 +278,18 @@ impl PreparedPlate {
         &self,
         render: impl FnOnce(&Rendering) -> Result<Vec<Vec<f32>>>,
     ) -> Result<Vec<Vec<f32>>> {
+        let bloomed = self.bloomed();
+        let planes = bloomed.as_ref().unwrap_or(&self.planes);
         let background = self.background.as_ref();
         let peak = background.map_or(0.0, PreparedBackground::peak);
         let scale = LightScale::for_peak(self.peak().max(peak));
         let reduced = scale.map(|scale| {
             let background = background.map(|background| background.reduced_by(scale));
-            (self.planes.reduced_by(scale), background)
+            (planes.reduced_by(scale), background)
         });
         let light = match &reduced {
             Some((planes, background)) => (planes, background.as_ref()),
-            None => (&self.planes, background),
+            None => (planes, background),
         };
         self.with_rendering(light.0, light.1, |rendering| {
             let mut planes = render(rendering)?;
@@ -297,6 +300,26 @@ impl PreparedPlate {
             self.develop(&mut planes);
             Ok(planes)
         })
+    }
+
+    /// Returns the planes with the bloom of the settings; `None` where nothing spreads.
+    fn bloomed(&self) -> Option<PremultipliedPlanes> {
+        let bloom = self.session.settings().bloom?;
+        if bloom.is_neutral() {
+            return None;
+        }
+        let PlatePlacement {
+            map,
+            width,
+            sensor_aspect,
+            ..
+        } = self.placement;
+        let frame_px = f64::from(self.session.predictor().frame().width_px()) * map.scale;
+        let mut planes = self.planes.planes().to_vec();
+        for plane in planes.iter_mut().take(self.colour_count()) {
+            bloom.spread(plane, width, [frame_px / sensor_aspect, frame_px]);
+        }
+        Some(self.planes.with_planes(planes))
     }
 
     /// Renders one more plane, such as a mask, with the mean of the colours' weights; the sensor's tone is left out.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use seidel_optics::error::Result;
+use seidel_optics::profile::Look;
 
 use crate::image::Image;
 use crate::lens::Lens;
@@ -17,7 +18,7 @@ use seidel_optics::Progress;
 const REMOVAL_SHARE: f64 = 0.9;
 
 /// Removes the blur of lens `from`, with which `plate` was taken, and applies that of lens `to`; the plate keeps its grain.
-/// The settings hold for both lenses.
+/// The settings hold for both lenses, but look and bloom for `to` alone.
 ///
 /// ```
 /// # fn main() -> seidel_core::Result<()> {
@@ -47,7 +48,12 @@ pub fn relens(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Image> {
-    let from = Arc::new(LensSession::new(from, settings)?);
+    let measured = Settings {
+        look: Look::default(),
+        bloom: None,
+        ..settings.clone()
+    };
+    let from = Arc::new(LensSession::new(from, &measured)?);
     let to = Arc::new(LensSession::new(to, settings)?);
     if from.is_neutral() {
         plate.image.check_sizes()?;

@@ -7,8 +7,8 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{self, PsfModel};
 use seidel_render::{
-    AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene,
-    VergencePass,
+    AdjustedLens, Bloom, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens,
+    Scene, VergencePass,
 };
 
 use crate::lens::Lens;
@@ -42,6 +42,8 @@ impl LensSession {
     pub fn new(lens: &Lens, settings: &Settings) -> Result<Self> {
         let named = settings.psf_model.as_deref().map(psf::by_id).transpose()?;
         let lens = lens.with_controls(&settings.controls)?;
+        let lens = lens.with_look(&settings.look)?;
+        settings.bloom.as_ref().map_or(Ok(()), Bloom::check)?;
         let predictor = lens.predictor();
         let model = named.unwrap_or_else(|| predictor.default_model());
         predictor.check_model(model).map_err(unsupported)?;

@@ -1,8 +1,8 @@
 //! The settings of [`apply`](crate::apply), [`remove`](crate::remove) and [`relens`](crate::relens).
 
-use seidel_optics::profile::Controls;
+use seidel_optics::profile::{Controls, Look};
 use seidel_render::remove::Saturation;
-use seidel_render::{Displacement, FocusControls, Gather, KernelStore, Renderer, Scatter};
+use seidel_render::{Bloom, Displacement, FocusControls, Gather, KernelStore, Renderer, Scatter};
 
 /// Settings of the lens and of a render. The defaults use the lens as measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,6 +10,10 @@ use seidel_render::{Displacement, FocusControls, Gather, KernelStore, Renderer, 
 pub struct Settings {
     /// Focus distance, f-number and sensor shift; as measured where left out.
     pub controls: Controls,
+    /// Artistic changes of the lens as `controls` set it.
+    pub look: Look,
+    /// Light above a level that spreads before it meets the lens, in [`apply`](crate::apply) and [`relens`](crate::relens).
+    pub bloom: Option<Bloom>,
     /// Identifier of the PSF model, such as `pupil`; the most faithful one for the lens if `None`.
     pub psf_model: Option<String>,
     /// Strength of blur and displacement, 0 (none) to 16; 1 is as measured.
@@ -39,6 +43,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             controls: Controls::default(),
+            look: Look::default(),
+            bloom: None,
             psf_model: None,
             amount: 1.0,
             channel_scales: Vec::new(),

@@ -14,6 +14,8 @@ pub(crate) const DEPTH: &CStr = c"Depth";
 pub(crate) const HOLDOUT: &CStr = c"Holdout";
 /// Mask that limits the result to a part of the plate.
 pub(crate) const MASK: &CStr = c"Mask";
+/// Picture of the aperture, white where light passes.
+pub(crate) const APERTURE: &CStr = c"Aperture";
 
 /// Support of tiles, which is not declared. Depth slices and highlights are found on the whole plate, and every tile must be
 /// that part of the whole frame to the bit, so a tile costs as much as the frame. With depth, a 1920 x 1080 frame in tiles
@@ -29,7 +31,7 @@ struct ClipDeclaration {
 }
 
 /// All clips, in the order in which hosts show them. In Nuke the first input determines the format of the output.
-const ALL: [ClipDeclaration; 5] = [
+const ALL: [ClipDeclaration; 6] = [
     ClipDeclaration {
         name: CLIP_SOURCE,
         components: &[RGBA, RGB, ALPHA],
@@ -54,6 +56,12 @@ const ALL: [ClipDeclaration; 5] = [
         components: &[ALPHA, RGBA],
         optional: true,
         mask: true,
+    },
+    ClipDeclaration {
+        name: APERTURE,
+        components: &[RGBA, RGB, ALPHA],
+        optional: true,
+        mask: false,
     },
     ClipDeclaration {
         name: CLIP_OUTPUT,

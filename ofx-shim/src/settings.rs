@@ -1,5 +1,7 @@
 //! The parameters as lens, settings and geometry of the core.
 
+mod look;
+
 use std::sync::Arc;
 
 use seidel_core::{
@@ -13,6 +15,8 @@ use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
 use crate::knobs::{Knob, Knobs, depth, focus, lens, remove, render};
 use crate::lens::{LensOrigin, built_in, load};
+use look::put_look;
+pub(crate) use look::put_look_with;
 
 /// Quality that the host asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +44,7 @@ pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc
     load(&origin, knobs.hidden(&lens::RELOADS))
 }
 
-/// Returns the settings for the lens `profile`.
+/// Returns the settings for the lens `profile`, with the look if the mode is Apply.
 ///
 /// # Errors
 /// Parameters that the lens cannot follow, by name.
@@ -92,6 +96,9 @@ pub(crate) fn settings(
         blur_inside: knobs.is_on(&render::BLUR_INSIDE),
     });
     settings.removal = removal(knobs);
+    if knobs.choice(&lens::MODE) == lens::APPLY {
+        put_look(knobs, profile, &mut settings)?;
+    }
     Ok(settings)
 }
 

@@ -115,6 +115,146 @@ fn apply_equals_the_command() {
 }
 
 #[test]
+fn looks_equal_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    let lamps = |shade: f32, k: usize| shade * if k.is_multiple_of(517) { 30.0 } else { 0.2 };
+    write_shades(folder, lamps);
+    let near = [("distance", "1.2"), ("focus", "Focus Distance")];
+    let line = "apply --lens @lens.json --distance 1.2 --focus-distance 2";
+    let measured = in_host(folder, false, &near);
+    assert_equals_command(&measured, folder, line);
+    let iris = [
+        ("blades", "6"),
+        ("roundness", "0.25"),
+        ("rotation", "-15"),
+        ("squeeze", "1.7"),
+        ("obstruction", "0.35"),
+    ];
+    let iris_options =
+        "--blades 6 --roundness 0.25 --rotation -15 --squeeze 1.7 --obstruction 0.35";
+    let rest = [
+        ("blades", "Round"),
+        ("catsEye", "0.8"),
+        ("spherical", "-0.7"),
+        ("axialColour", "3"),
+        ("lateralColour", "-2"),
+        ("bloom", "0.3"),
+        ("bloomLevel", "2.5"),
+        ("bloomRadius", "4"),
+    ];
+    let rest_options = "--blades 0 --cats-eye 0.8 --spherical -0.7 --axial-colour 3 \
+                        --lateral-colour -2 --bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
+    for (knobs, options) in [(&iris[..], iris_options), (&rest[..], rest_options)] {
+        let host = in_host(folder, false, &[&near[..], knobs].concat());
+        assert_equals_command(&host, folder, &format!("{line} {options}"));
+        assert_ne!(host.samples, measured.samples, "{options}");
+    }
+    // Relens: the look is that of the lens whose blur is added.
+    std::fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
+    let other = folder.join("other.json").display().to_string();
+    let relens = [
+        ("mode", "Relens"),
+        ("toLens", "Lens File"),
+        ("toProfile", other.as_str()),
+        ("distance", "1.2"),
+        ("noise", "0.002"),
+    ];
+    let host = in_host(folder, false, &[&relens[..], &iris].concat());
+    let line =
+        "relens --from @lens.json --to @other.json --distance 1.2 --noise 0.002 --lens-check off";
+    assert_equals_command(&host, folder, &format!("{line} {iris_options}"));
+    // Remove: the look is that of the lens that took the plate.
+    let remove = [("mode", "Remove"), ("distance", "1.2"), ("noise", "0.002")];
+    let plain = in_host(folder, false, &remove);
+    let same = in_host(folder, false, &[&remove[..], &iris].concat());
+    assert_eq!(plain.samples, same.samples);
+    write_moments_lens(folder, &["R", "G", "B"]);
+    let refused = try_in_host(folder, false, &[&near[..1], &iris].concat());
+    let report = refused.expect_err("no pupil");
+    for word in [
+        "Look: 6 blades",
+        "Blades to Lateral Colour",
+        "--model reduced",
+    ] {
+        assert!(report.contains(word), "{report}");
+    }
+    // Bloom is of the plate, not of the lens.
+    let host = in_host(folder, false, &[&near[..1], &rest[5..]].concat());
+    let line = "apply --lens @lens.json --distance 1.2";
+    let bloom = "--bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
+    assert_equals_command(&host, folder, &format!("{line} {bloom}"));
+}
+
+#[test]
+fn pictures_of_the_aperture_equal_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    write_shades(folder, |shade, k| {
+        shade * if k.is_multiple_of(517) { 30.0 } else { 0.2 }
+    });
+    let half = |shade: f32| {
+        let lit = move |k: usize| if k % 30 < 14 { shade } else { 0.0 };
+        (0..30 * 20).map(lit).collect::<Vec<f32>>()
+    };
+    let channels = [
+        ("R", half(1.0)),
+        ("G", half(0.7)),
+        ("B", half(0.4)),
+        ("A", half(0.9)),
+    ];
+    write_exr(&folder.join("aperture.exr"), 30, 20, &channels);
+    let render = |feeds: &[(&str, &str)]| {
+        let lens = folder.join("lens.json").display().to_string();
+        let settings = [
+            ("lens", "Lens File"),
+            ("profile", lens.as_str()),
+            ("distance", "1.2"),
+            ("useAperture", "on"),
+        ];
+        let job = RenderJob {
+            plugin: built_plugin("seidel_ofx").expect("built with the tests"),
+            feeds: (feeds.iter())
+                .map(|(clip, file)| ClipFile {
+                    clip: (*clip).to_owned(),
+                    file: folder.join(file),
+                    channel: None,
+                })
+                .collect(),
+            settings: settings
+                .map(|(name, words)| (name.to_owned(), words.to_owned()))
+                .to_vec(),
+            ..RenderJob::default()
+        };
+        job.run()
+    };
+    let source = ("Source", "plate.exr");
+    let host = render(&[source, ("Aperture", "aperture.exr")]).expect("rendered");
+    let line = "apply --lens @lens.json --distance 1.2";
+    let picture = "--aperture-picture @aperture.exr";
+    assert_equals_command(&host, folder, &format!("{line} {picture}"));
+    let plain = in_host(folder, false, &[("distance", "1.2")]);
+    assert_ne!(host.samples, plain.samples);
+    let report = render(&[source]).expect_err("no picture");
+    assert!(report.contains("Use Aperture"), "{report}");
+}
+
+#[test]
+fn lenses_of_the_library_equal_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
+    for name in ["macro-100", "mirror-500"] {
+        let label = format!("Library: {name}");
+        let host = in_host(folder, false, &[("lens", &label), ("distance", "3")]);
+        let line = format!("apply --lens library:{name} --distance 3");
+        assert_equals_command(&host, folder, &line);
+    }
+}
+
+#[test]
 fn remove_and_relens_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

@@ -28,6 +28,7 @@ mod in_hosts;
 mod info;
 mod lens_command;
 mod library;
+mod looks;
 mod lut;
 mod measure_chart;
 mod measure_edges;

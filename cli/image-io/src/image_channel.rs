@@ -156,6 +156,46 @@ impl ImageChannel {
         })
     }
 
+    /// Reads a picture of transmission: the mean of R, G and B or the only colour, times A, as the file stores them. White is 1.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or without a colour and alpha.
+    pub fn read_transmission(file: &Path) -> Result<Self> {
+        let image = ImageFile::open(file, Limits::PLATE)?;
+        let names = image.channel_names();
+        let place = |name: &str| names.iter().position(|own| own == name);
+        let mut colours: Vec<usize> = ["R", "G", "B"].into_iter().filter_map(place).collect();
+        if colours.is_empty() {
+            colours.extend(place("Y").or((names.len() == 1).then_some(0)));
+        }
+        let alpha = place("A").filter(|index| !colours.contains(index));
+        if colours.is_empty() && alpha.is_none() {
+            let problem = "has no channel R, G, B, Y or A".to_owned();
+            return Err(unknown_channel(file, "transmission", problem, &names));
+        }
+        let first = colours.first().or(alpha.as_ref()).copied().unwrap_or(0);
+        let (windows, _) = image.channel(first);
+        let mut samples = vec![
+            if colours.is_empty() { 1.0 } else { 0.0 };
+            windows.data.width * windows.data.height
+        ];
+        let share = 1.0 / colours.len().max(1) as f32;
+        for index in colours {
+            let (_, colour) = image.channel(index);
+            (samples.iter_mut().zip(colour)).for_each(|(sum, v)| *sum += share * v);
+        }
+        if let Some(index) = alpha {
+            let (_, alpha) = image.channel(index);
+            (samples.iter_mut().zip(alpha)).for_each(|(sample, alpha)| *sample *= alpha);
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            channel: "transmission".to_owned(),
+            windows,
+            samples,
+        })
+    }
+
     /// Fits the channel to the data window of a plate. If both have one display window it is cropped to the plate, or extended by
     /// its edge pixels, with a warning. If not, it must have the plate's size and is taken as it is.
     ///

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Expand, Quality, Settings};
 
-use super::plates::{Files, PlateCommandArgs, PlateReader, SettingsRecord, setting};
+use super::plates::{Files, LookArgs, PlateCommandArgs, PlateReader, SettingsRecord, setting};
 use super::{CommandError, value_name};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -30,6 +30,8 @@ pub struct ApplyArgs {
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
+    #[command(flatten)]
+    look: LookArgs,
     #[command(flatten)]
     occlusion: OcclusionArgs,
     #[command(flatten)]
@@ -175,6 +177,7 @@ pub(super) fn run(
     settings.quality = args.quality.into();
     settings.edges = args.edges.edges();
     settings.expand = args.expand.into();
+    args.look.put(&mut settings)?;
     if args.residual.is_some() {
         // The residual is the rest of a render of the plate's own pixels with mirrored edges.
         settings.edges = settings.edges.or(Some(Edges::Mirror));
@@ -198,6 +201,7 @@ pub(super) fn run(
             .chain(background.file_patterns())
             .map(Path::new)
             .chain(args.residual.as_deref())
+            .chain(args.look.files())
             .collect(),
         written: Vec::new(),
         lenses: vec![("Lens", &args.lens)],

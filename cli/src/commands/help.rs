@@ -179,6 +179,10 @@ const HELPS: &[Help] = &[
                 "apply --lens lens.json cg.exr -o blurred.exr --focus-distance 2.5 --f-number f/2",
             ),
             example(
+                "The ovals and bubbles of an old anamorphic lens",
+                "apply --lens library:modern-50 cg.exr -o look.exr --squeeze 2 --spherical 0.6 --cats-eye 0.5",
+            ),
+            example(
                 "The circles of confusion of a plate, before it is blurred",
                 "apply --lens lens.json cg.exr -o coc.png --show coc",
             ),
@@ -196,6 +200,7 @@ const HELPS: &[Help] = &[
             "focus-distance",
             "f-number",
             "amount",
+            "blades",
             "in-space",
             "out-space",
             "output",

@@ -16,7 +16,7 @@ use seidel_image_io::png::write_rgb8;
 /// The subcommands of `seidel lens`.
 #[derive(Debug, Subcommand)]
 pub enum LensCommand {
-    /// List the lenses that come with the program
+    /// List the lenses that come with the program, and the profiles in the folder that SEIDEL_LENSES names
     List(ListArgs),
     /// Describe a lens of the library, or draw the PSFs of any lens over the frame, by channel and distance
     Show(ShowArgs),
@@ -83,6 +83,10 @@ fn list(args: &ListArgs, console: &mut Console) -> Result<(), CommandError> {
             sheet.title
         ));
     }
+    for name in lens_profile::own_names()? {
+        let reference = format!("{}{name}", library::PREFIX);
+        console.print(format!("{reference:<64} own profile"));
+    }
     console.print("");
     console.print(
         "Use a name wherever a command takes a lens. `seidel lens show NAME` describes one.",
@@ -94,7 +98,8 @@ fn list(args: &ListArgs, console: &mut Console) -> Result<(), CommandError> {
 /// of that name.
 fn with_prefix(lens: &Path) -> PathBuf {
     let name = lens.to_str().unwrap_or_default();
-    if !lens.exists() && library::by_name(name).is_ok() {
+    let is_own = || lens_profile::own_names().is_ok_and(|own| own.iter().any(|one| one == name));
+    if !lens.exists() && (library::by_name(name).is_ok() || is_own()) {
         return PathBuf::from(format!("{}{name}", library::PREFIX));
     }
     lens.to_path_buf()

@@ -10,7 +10,7 @@ use clap::Args;
 use seidel_core::{Edges, Settings};
 
 use super::CommandError;
-use super::plates::{Files, PlateCommandArgs, PlateReader};
+use super::plates::{Files, LookArgs, PlateCommandArgs, PlateReader};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -27,6 +27,8 @@ pub struct RelensArgs {
     to: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
+    #[command(flatten)]
+    look: LookArgs,
     #[command(flatten)]
     removal: RemovalArgs,
 }
@@ -47,11 +49,14 @@ pub(super) fn run(
     settings.edges = Some(Edges::Mirror);
     settings.removal = args.removal.settings();
     let from = PlateReader::open(&args.from, &args.shared, settings.clone(), console)?;
+    args.look.put(&mut settings)?;
     let to = PlateReader::open(&args.to, &args.shared, settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: from.depth_pattern().into_iter().map(Path::new).collect(),
+        read: (from.depth_pattern().into_iter().map(Path::new))
+            .chain(args.look.files())
+            .collect(),
         written: Vec::new(),
         lenses: vec![("FromLens", &args.from), ("ToLens", &args.to)],
     };

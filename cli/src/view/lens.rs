@@ -58,7 +58,7 @@ enum Symmetry {
 }
 
 /// Effects that turn with the meridian, as third-order aberrations do.
-const ROUND_EFFECTS: [&str; 12] = [
+const ROUND_EFFECTS: [&str; 13] = [
     "pupil_scale",
     "defocus_offset",
     "depth_scale",
@@ -68,6 +68,7 @@ const ROUND_EFFECTS: [&str; 12] = [
     "lateral_colour",
     "distortion",
     "vignetting",
+    "obstruction",
     "diffraction",
     "veiling_glare",
     "tone_curve",

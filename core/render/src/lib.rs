@@ -32,6 +32,7 @@
 #![forbid(unsafe_code)]
 
 mod adjusted_lens;
+mod bloom;
 mod clamped_lens;
 mod depth;
 mod edge_replication;
@@ -46,6 +47,7 @@ mod spot_renderer;
 mod statistics;
 
 pub use adjusted_lens::{AdjustedLens, MAX_AMOUNT};
+pub use bloom::Bloom;
 pub use clamped_lens::ClampedLens;
 pub use depth::{
     CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthProblem, DepthReading,

@@ -1,10 +1,16 @@
 //! InstanceChanged: a parameter was changed by the user, by the plugin, or by a project that was loaded.
 
+use std::ffi::CString;
+
+use seidel_core::library;
+
 use super::{Answer, check_lens, enabled, guess_depth, persistent_message};
 use crate::clips::DEPTH;
 use crate::host::{Call, ParameterValue, Result};
 use crate::knobs::{Knobs, focus, lens, remove};
+use crate::lens::built_in;
 use crate::rendering::focus_on_point;
+use crate::sys::param::CHOICE_OPTION;
 use crate::sys::property::{CHANGE_REASON, CHANGE_TIME, CHANGE_USER_EDITED, NAME, TYPE, TYPE_CLIP};
 
 /// Carries out what the change asks for.
@@ -26,6 +32,9 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     if by_user && call.arguments.equals(NAME, focus::POINT.name) {
         focus_on_point(call)?;
     }
+    if by_user && call.arguments.equals(NAME, lens::FOLDER.name) {
+        choose_own_lens(call, time);
+    }
     if by_user && call.arguments.equals(NAME, remove::CHECK_LENS.name) {
         check_lens::check(call);
     }
@@ -35,4 +44,25 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     }
     enabled::update(&call.effect, time);
     Ok(Answer::Done)
+}
+
+/// Puts the profile chosen in the menu of the folder into Lens and Lens File, and sets the menu back.
+fn choose_own_lens(call: &Call, time: f64) {
+    let parameters = call.effect.parameters();
+    let index = parameters.int(lens::FOLDER.name, time).unwrap_or(0);
+    let properties = parameters.properties_of(lens::FOLDER.name);
+    // The label is that of the menu that the user saw, whatever the folder holds now.
+    let label = properties.and_then(|p| p.string(CHOICE_OPTION, index));
+    let reference = label.map(|label| format!("{}{label}", library::PREFIX));
+    let Some(reference) = reference.and_then(|text| CString::new(text).ok()) else {
+        return;
+    };
+    if index > 0 {
+        let changes = [
+            (lens::LENS.name, ParameterValue::Int(built_in::FILE)),
+            (lens::PROFILE.name, ParameterValue::Text(reference)),
+            (lens::FOLDER.name, ParameterValue::Int(0)),
+        ];
+        parameters.set(c"Choose lens", &changes);
+    }
 }

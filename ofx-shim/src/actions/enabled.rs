@@ -1,7 +1,7 @@
 //! The parameters that have an effect, as others are set.
 
 use crate::host::Effect;
-use crate::knobs::{Knob, Knobs, colour, depth, focus, lens, output, remove, render};
+use crate::knobs::{Knob, Knobs, colour, depth, focus, lens, look, output, remove, render};
 use crate::lens::built_in;
 use crate::settings::chosen_lens;
 use crate::sys::param::ENABLED;
@@ -20,8 +20,31 @@ pub(super) fn update(effect: &Effect, time: f64) {
     let chosen = chosen_lens(&knobs, &lens::LENS, &lens::PROFILE).ok();
     // A lens that cannot be read leaves its controls enabled: the render says what is wrong.
     let has_rays = chosen.as_ref().is_none_or(|l| l.predictor().has_rays());
-    let has_aperture = chosen.is_none_or(|l| l.profile().camera.f_number.is_some());
-    let states: [(&Knob, bool); 28] = [
+    let has_aperture = (chosen.as_ref()).is_none_or(|l| l.profile().camera.f_number.is_some());
+    let has_blades = look::blade_count(knobs.choice(&look::BLADES)).is_some_and(|count| count > 0);
+    // The look of a removal is that of the lens.
+    let has_look = mode != lens::REMOVE;
+    let looked_at = if relens {
+        chosen_lens(&knobs, &lens::TO_LENS, &lens::TO_PROFILE).ok()
+    } else {
+        chosen
+    };
+    let has_pupil = has_look && looked_at.is_none_or(|l| l.predictor().has_rays());
+    let blooms = has_look && knobs.number(&look::BLOOM) > 0.0;
+    let states: [(&Knob, bool); 41] = [
+        (&look::BLADES, has_pupil),
+        (&look::ROUNDNESS, has_pupil && has_blades),
+        (&look::ROTATION, has_pupil && has_blades),
+        (&look::USE_APERTURE, has_pupil),
+        (&look::SQUEEZE, has_pupil),
+        (&look::OBSTRUCTION, has_pupil),
+        (&look::CATS_EYE, has_pupil),
+        (&look::SPHERICAL, has_pupil),
+        (&look::AXIAL_COLOUR, has_pupil),
+        (&look::LATERAL_COLOUR, has_pupil),
+        (&look::BLOOM, has_look),
+        (&look::BLOOM_LEVEL, blooms),
+        (&look::BLOOM_RADIUS, blooms),
         (&lens::PROFILE, from_file(&lens::LENS)),
         (&lens::TO_LENS, relens),
         (&lens::TO_PROFILE, relens && from_file(&lens::TO_LENS)),

@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 
 use super::Answer;
-use crate::clips::{DEPTH, HOLDOUT, MASK};
+use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK};
 use crate::host::{Call, Clip, Result};
 use crate::sys::clip::{ALPHA, PREMULTIPLICATION, RGB, RGBA};
 use crate::sys::effect::{CLIP_SOURCE, COLOURSPACE, FRAME_VARYING};
@@ -17,7 +17,7 @@ struct OptionalInput {
     components: &'static [&'static CStr],
 }
 
-const OPTIONAL_INPUTS: [OptionalInput; 3] = [
+const OPTIONAL_INPUTS: [OptionalInput; 4] = [
     OptionalInput {
         clip: DEPTH,
         property: c"OfxImageClipPropComponents_Depth",
@@ -26,6 +26,11 @@ const OPTIONAL_INPUTS: [OptionalInput; 3] = [
     OptionalInput {
         clip: HOLDOUT,
         property: c"OfxImageClipPropComponents_Holdout",
+        components: &[ALPHA, RGB, RGBA],
+    },
+    OptionalInput {
+        clip: APERTURE,
+        property: c"OfxImageClipPropComponents_Aperture",
         components: &[ALPHA, RGB, RGBA],
     },
     OptionalInput {

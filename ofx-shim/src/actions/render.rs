@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::{LensSession, Plate, Rectangle};
+use seidel_core::{AperturePicture, Lens, LensSession, Plate, Rectangle, Settings};
 
 use super::identity::is_identity;
 use super::{Answer, persistent_message};
@@ -13,10 +13,12 @@ use crate::knobs::{Knobs, focus, lens, output};
 use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
-    FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, draw_psf_grid, field,
-    image_of_input, render_window, tint_by_focus,
+    FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, aperture_picture,
+    draw_psf_grid, field, image_of_input, render_window, tint_by_focus,
 };
-use crate::settings::{HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, settings};
+use crate::settings::{
+    HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look_with, settings,
+};
 use crate::sys::effect::{CLIP_OUTPUT, QUALITY_DRAFT, THUMBNAIL};
 use crate::sys::plugin::STATUS_ERR_IMAGE_FORMAT;
 
@@ -176,14 +178,30 @@ impl Render<'_, '_> {
             _ if mode == lens::REMOVE => Ok(Task::Remove),
             _ if mode == lens::RELENS => {
                 let profile = chosen_lens(self.knobs, &lens::TO_LENS, &lens::TO_PROFILE)?;
-                Ok(Task::Relens(self.session(&profile)?))
+                let mut settings = self.settings(&profile)?;
+                put_look_with(self.knobs, &profile, self.aperture()?, &mut settings)?;
+                let session = LensSession::new(&profile, &settings)?;
+                Ok(Task::Relens(Arc::new(session)))
             }
             _ => Ok(Task::Apply),
         }
     }
 
     /// Sets a lens as the parameters say.
-    fn session(&self, profile: &seidel_core::Lens) -> Result<Arc<LensSession>> {
+    fn session(&self, profile: &Lens) -> Result<Arc<LensSession>> {
+        let mut settings = self.settings(profile)?;
+        if self.knobs.choice(&lens::MODE) == lens::APPLY {
+            put_look_with(self.knobs, profile, self.aperture()?, &mut settings)?;
+        }
+        Ok(Arc::new(LensSession::new(profile, &settings)?))
+    }
+
+    /// Reads the picture of the aperture, if it is switched on.
+    fn aperture(&self) -> Result<Option<&'static AperturePicture>> {
+        aperture_picture(self.call, self.knobs, self.frame.map)
+    }
+
+    fn settings(&self, profile: &Lens) -> Result<Settings> {
         let arguments = &self.call.arguments;
         let is_draft = arguments.int(QUALITY_DRAFT, 0).unwrap_or(0) != 0
             || arguments.equals(THUMBNAIL, c"true");
@@ -192,8 +210,7 @@ impl Render<'_, '_> {
         } else {
             HostQuality::Full
         };
-        let settings = settings(self.knobs, profile, self.frame.scale, quality)?;
-        Ok(Arc::new(LensSession::new(profile, &settings)?))
+        settings(self.knobs, profile, self.frame.scale, quality)
     }
 
     /// Mixes the result with the source.

@@ -1,6 +1,6 @@
 //! Parameter sets of effects.
 
-use std::ffi::{CStr, c_char, c_int};
+use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr::null_mut;
 
 use super::{Host, PropertySet};
@@ -109,6 +109,8 @@ impl<'h> ParameterSet<'h> {
                         ParameterValue::Double(value) => set(parameter, *value),
                         ParameterValue::Int(value) => set(parameter, *value),
                         ParameterValue::Double2D(x, y) => set(parameter, *x, *y),
+                        // The host copies the text.
+                        ParameterValue::Text(text) => set(parameter, text.as_ptr()),
                     }
                 };
             }
@@ -121,9 +123,10 @@ impl<'h> ParameterSet<'h> {
 }
 
 /// A value of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ParameterValue {
     Double(f64),
     Int(i32),
     Double2D(f64, f64),
+    Text(CString),
 }

@@ -4,6 +4,7 @@ use std::ffi::CStr;
 
 use super::{ALL, Group, Kind, Knob};
 use crate::host::{Effect, ParameterSet, PropertySet};
+use crate::lens::folder_names;
 use crate::sys::param as p;
 use crate::sys::property::{LABEL, LONG_LABEL, SHORT_LABEL};
 
@@ -71,7 +72,7 @@ fn type_of(knob: &Knob) -> &'static CStr {
         Kind::Number { .. } => p::TYPE_DOUBLE,
         Kind::Pair { .. } => p::TYPE_DOUBLE_2D,
         Kind::Switch(_) => p::TYPE_BOOLEAN,
-        Kind::Choice { .. } => p::TYPE_CHOICE,
+        Kind::Choice { .. } | Kind::FolderMenu => p::TYPE_CHOICE,
         Kind::File | Kind::Text => p::TYPE_STRING,
         Kind::Button => p::TYPE_PUSH_BUTTON,
         Kind::Hidden => p::TYPE_INTEGER,
@@ -141,6 +142,16 @@ fn set_properties(properties: &PropertySet, knob: &Knob, in_resolve: bool) {
             }
             properties.set_int(p::DEFAULT, 0, default);
             properties.set_int(p::ANIMATES, 0, 0);
+        }
+        Kind::FolderMenu => {
+            properties.set_string(p::CHOICE_OPTION, 0, super::lens::NONE_CHOSEN);
+            for (index, name) in folder_names().iter().enumerate() {
+                properties.set_string(p::CHOICE_OPTION, index as i32 + 1, name);
+            }
+            properties.set_int(p::DEFAULT, 0, 0);
+            properties.set_int(p::ANIMATES, 0, 0);
+            // It changes Lens and Lens File, which projects keep.
+            properties.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
         }
         Kind::File => {
             properties.set_string(p::STRING_MODE, 0, p::STRING_FILE_PATH);

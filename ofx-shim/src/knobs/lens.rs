@@ -39,6 +39,16 @@ pub(crate) static PROFILE: Knob = Knob {
     kind: Kind::File,
 };
 
+/// The entry of the folder's menu that chooses no profile.
+pub(crate) const NONE_CHOSEN: &CStr = c"Choose...";
+
+pub(crate) static FOLDER: Knob = Knob {
+    name: c"lensFolder",
+    label: c"Lens Folder",
+    hint: c"Profiles in the folder that the environment variable SEIDEL_LENSES names: a choice goes to Lens and Lens File. The menu is read when the plugin is loaded.",
+    kind: Kind::FolderMenu,
+};
+
 pub(crate) static RELOAD: Knob = Knob {
     name: c"reload",
     label: c"Reload",
@@ -193,6 +203,7 @@ pub(crate) static GROUP: Group = Group {
         &MODE,
         &LENS,
         &PROFILE,
+        &FOLDER,
         &RELOAD,
         &RELOADS,
         &TO_LENS,

@@ -8,6 +8,7 @@ mod declare;
 pub(crate) mod depth;
 pub(crate) mod focus;
 pub(crate) mod lens;
+pub(crate) mod look;
 pub(crate) mod output;
 pub(crate) mod remove;
 pub(crate) mod render;
@@ -37,6 +38,8 @@ pub(crate) enum Kind {
         default: i32,
         options: &'static [&'static CStr],
     },
+    /// A menu of the lens profiles in the folder that `SEIDEL_LENSES` names, after an entry that chooses none.
+    FolderMenu,
     /// The path of an existing file.
     File,
     /// A line of text.
@@ -65,10 +68,11 @@ pub(crate) struct Group {
 }
 
 /// All groups, in the order in which hosts show them.
-pub(crate) static ALL: [&Group; 7] = [
+pub(crate) static ALL: [&Group; 8] = [
     &lens::GROUP,
     &depth::GROUP,
     &focus::GROUP,
+    &look::GROUP,
     &colour::GROUP,
     &render::GROUP,
     &remove::GROUP,

@@ -1,10 +1,12 @@
-//! Lenses that come with the plugin: designed for their look, not measured.
+//! Lenses that come with the plugin: designed for their look, not measured. The library's lenses follow those of the plugin.
 //!
-//! Each is a `pupil` lens (docs/background/model.md section 3) with five aberrations per channel in frame pixels. Defocus
+//! Each of the latter is a `pupil` lens (docs/background/model.md section 3) with five aberrations per channel in frame pixels. Defocus
 //! alone changes with distance, by the thin lens law. The names describe the look of the lens, not a product.
 
 use std::ffi::CStr;
 use std::fmt::Write;
+
+use seidel_core::library::{self, LibraryLens};
 
 /// The menu: a file, then the lenses that come with the plugin. Projects store the index, so that it grows at its end only.
 pub(crate) const NAMES: &[&CStr] = &[
@@ -13,7 +15,18 @@ pub(crate) const NAMES: &[&CStr] = &[
     c"Fast 35 mm f/1.4",
     c"Portrait 85 mm f/1.4",
     c"Vintage 58 mm f/2",
+    c"Library: modern-50",
+    c"Library: soft-portrait-85",
+    c"Library: swirl-58",
+    c"Library: wide-zoom-16",
+    c"Library: anamorphic-75",
+    c"Library: bubble-100",
+    c"Library: mirror-500",
+    c"Library: macro-100",
 ];
+
+/// Prefix of the lenses of the library in the menu.
+const LIBRARY_LABEL: &str = "Library: ";
 
 /// Index of the file in the menu.
 pub(crate) const FILE: i32 = 0;
@@ -116,8 +129,17 @@ const DESIGNS: [Design; 4] = [
 /// Channels and their wavelengths, nm.
 const CHANNELS: [(&str, f64); 3] = [("R", 620.0), ("G", 540.0), ("B", 460.0)];
 
+/// Returns the lens of the library at `index` of the menu.
+fn of_library(index: i32) -> Option<&'static LibraryLens> {
+    let label = NAMES.get(usize::try_from(index).ok()?)?.to_str().ok()?;
+    library::by_name(label.strip_prefix(LIBRARY_LABEL)?).ok()
+}
+
 /// Returns the profile of the lens at `index` of the menu, as JSON.
 pub(crate) fn profile(index: i32) -> String {
+    if let Some(lens) = of_library(index) {
+        return lens.profile_json.to_owned();
+    }
     let last = DESIGNS.len() as i32;
     let design = &DESIGNS[(index.clamp(1, last) - 1) as usize];
     let channels: Vec<String> = (0..CHANNELS.len()).map(|k| channel(design, k)).collect();
@@ -204,8 +226,14 @@ mod tests {
 
     #[test]
     fn every_lens_of_the_menu_loads() {
-        assert_eq!(NAMES.len(), DESIGNS.len() + 1);
-        for index in 1..NAMES.len() as i32 {
+        assert_eq!(NAMES.len(), 1 + DESIGNS.len() + library::ALL.len());
+        for lens in library::ALL {
+            let label = format!("{LIBRARY_LABEL}{}", lens.name);
+            let index = NAMES.iter().position(|name| name.to_str() == Ok(&label));
+            let index = index.expect("every lens of the library is in the menu") as i32;
+            assert_eq!(profile(index), lens.profile_json);
+        }
+        for index in 1..=DESIGNS.len() as i32 {
             let lens = load(&LensOrigin::BuiltIn(index), 0).expect("a valid profile");
             assert_eq!(lens.predictor().channel_names(), ["R", "G", "B"]);
             assert!(lens.predictor().depends_on_depth());

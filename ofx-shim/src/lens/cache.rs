@@ -2,12 +2,12 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use seidel_core::{Lens, library};
 
-use super::built_in;
+use super::{built_in, folder};
 use crate::file_cache::FileCache;
 use crate::host::{Failure, Result};
 
@@ -30,12 +30,19 @@ static LENSES: FileCache<LensOrigin, Lens> = FileCache::new();
 /// # Errors
 /// A file that cannot be read or is not a lens profile. An older lens does not take its place.
 pub(crate) fn load(origin: &LensOrigin, reloads: i32) -> Result<Arc<Lens>> {
+    let own = match origin {
+        LensOrigin::File(path) => own_file(path),
+        LensOrigin::BuiltIn(_) => None,
+    };
     let file = match origin {
-        LensOrigin::File(path) => Some(Path::new(path)),
+        LensOrigin::File(path) => Some(own.as_deref().unwrap_or(Path::new(path))),
         LensOrigin::BuiltIn(_) => None,
     };
     LENSES.get(origin, file, reloads, || match origin {
-        LensOrigin::File(path) => read(path),
+        LensOrigin::File(path) => match &own {
+            Some(own) => read(&own.to_string_lossy()),
+            None => read(path),
+        },
         LensOrigin::BuiltIn(index) => Ok(Lens::from_json(&built_in::profile(*index))?),
     })
 }
@@ -43,6 +50,16 @@ pub(crate) fn load(origin: &LensOrigin, reloads: i32) -> Result<Arc<Lens>> {
 /// Empties the cache. Lenses in use live on until they are dropped.
 pub(crate) fn clear() {
     LENSES.clear();
+}
+
+/// Returns the file in the folder of own profiles that `path` names, unless there is a file or a lens of the library of that
+/// name.
+fn own_file(path: &str) -> Option<PathBuf> {
+    let of_library = library::by_reference(path).is_some_and(|found| found.is_ok());
+    if Path::new(path).exists() || of_library {
+        return None;
+    }
+    folder::file(&library::file_name(path)?)
 }
 
 /// Reads the lens profile in the file at `path`, or the lens of the library that `path` names where there is no such file.

@@ -2,7 +2,9 @@
 
 pub(crate) mod built_in;
 mod cache;
+mod folder;
 mod kernel;
 
 pub(crate) use cache::{LensOrigin, clear, load};
+pub(crate) use folder::names as folder_names;
 pub(crate) use kernel::{KernelSource, grid_points};

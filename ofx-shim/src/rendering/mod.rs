@@ -1,5 +1,6 @@
 //! Rendering of a frame: its place, its inputs, and its result.
 
+mod aperture;
 mod focal_plane;
 mod focal_point;
 mod frame;
@@ -10,6 +11,7 @@ mod results;
 mod source;
 mod task;
 
+pub(crate) use aperture::aperture_picture;
 pub(crate) use focal_plane::{FocusRange, tint_by_focus};
 pub(crate) use focal_point::focus_on_point;
 pub(crate) use frame::{Frame, field, project_region, render_window};

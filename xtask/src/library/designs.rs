@@ -350,10 +350,10 @@ pub(super) const ALL: &[Design] = &[
                     ("shift_2", -0.2),
                 ],
             ),
-            ("apodisation", &[("fourth", -3.5)]),
+            ("obstruction", &[("radius", 0.42)]),
         ],
         shows: &[
-            "rings in place of discs, before and behind the focus",
+            "rings with sharp inner edges in place of discs, before and behind the focus",
             "no axial or lateral colour, as mirrors have none",
         ],
         good_for: &[
@@ -361,7 +361,7 @@ pub(super) const ALL: &[Design] = &[
             "nature and sports plates",
         ],
         lacks: &[
-            "the hard inner edge of the rings: the shadow of the mirror is modelled as a smooth fall of transmission towards the middle",
+            "the spokes that hold the mirror",
             "an iris, as real ones do: leave the f-number alone",
         ],
         ..PLAIN

@@ -3,6 +3,7 @@
 mod depth_edges;
 mod evaluation;
 mod hosts;
+mod looks;
 mod noise;
 mod panels;
 mod programs;
@@ -20,12 +21,14 @@ pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME..
 type Draw = fn(&Programs) -> Result<(), String>;
 
 /// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 9] = [
+const PICTURES: [(&str, Draw); 11] = [
     ("before-after", |p| demo_file(p, "before-after.png")),
     ("sheet", |p| demo_file(p, "sheet.png")),
     ("lenses", |p| demo_file(p, "lenses.png")),
     ("colour", colour),
     ("hosts", hosts::draw),
+    ("looks", looks::draw),
+    ("library", looks::draw_library),
     ("remove", remove::draw),
     ("depth-edges", depth_edges::draw),
     ("show", show::draw),

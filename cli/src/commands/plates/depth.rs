@@ -30,7 +30,7 @@ pub(super) enum FrameOrder {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
-    /// Depth pass, or a frame pattern; the plate's own Z channel if omitted
+    /// Depth pass, or a frame pattern; the plate's own Z if omitted
     #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance", value_parser = NonEmptyStringValueParser::new())]
     depth: Option<String>,
     /// One object distance for the whole plate, metres or `inf`

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use clap::Args;
 use seidel_core::profile::LensProfile;
-use seidel_core::{LensSession, ObjectDistance, Settings};
+use seidel_core::{ErrorKind, LensSession, ObjectDistance, Settings};
 
 use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
+use super::look::look_record;
 use super::{SettingsRecord, setting};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, short_name};
@@ -202,9 +203,17 @@ impl LensOptions {
         settings.channel_scales = self.adjust.channel_scales();
         settings.axis_offset_px = self.adjust.axis_offset_px();
         settings.focus = self.focus.controls(self.drawing.focus_distance);
+        let session = LensSession::new(&drawing.lens, &settings);
+        let session = session.map_err(|e| match e.kind() {
+            // The lens is at fault, not an option.
+            ErrorKind::Unsupported => FileError::from_core(path, e).into(),
+            _ => CommandError::from(e),
+        })?;
+        let mut record = self.record(path, drawing.model.id());
+        record.extend(look_record(&settings));
         Ok(FrameLens {
-            session: Arc::new(LensSession::new(&drawing.lens, &settings)?),
-            record: self.record(path, drawing.model.id()),
+            session: Arc::new(session),
+            record,
             adjust: self.adjust.clone(),
         })
     }

@@ -9,6 +9,7 @@ use seidel_core::{DepthMeaning, Image, PlateGeometry, PreparedPlate, Settings};
 use super::colour::{ColourPipeline, PlateColour};
 use super::depth::{DepthSource, FrameOrder};
 use super::frame_lens::{FrameLens, check_columns};
+use super::look::look_record;
 use super::plate::{pixel_window, put_image, rectangle};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
@@ -237,6 +238,11 @@ impl<'a> PlateReader<'a> {
     /// Returns the place of `plate` in the frame of the lens.
     pub(crate) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
         self.args.plate.geometry(plate)
+    }
+
+    /// Returns look and bloom by name, as far as they change the lens or the plate.
+    pub(crate) fn look_record(&self) -> SettingsRecord {
+        look_record(&self.base)
     }
 
     /// Returns the settings by name that `plate` is rendered with through `lens`.

@@ -60,8 +60,10 @@ impl FrameWork for Job<'_> {
             let planes = self.apply_other(index, &loaded, &removed)?;
             loaded.put_planes(&mut plate, planes)?;
         }
+        let mut record = self.removal.reader.record(&loaded.lens, &loaded.plate)?;
+        record.extend(self.to.look_record());
         Ok(FinishedFrame {
-            record: self.removal.reader.record(&loaded.lens, &loaded.plate)?,
+            record,
             side_files: Vec::new(),
             plate,
             warnings: loaded.warnings,

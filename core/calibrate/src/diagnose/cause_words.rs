@@ -24,7 +24,7 @@ pub(super) fn title(id: &str) -> &str {
 }
 
 /// Words for every effect of the library, for `pupil_scale`, and for the unknown cause.
-static WORDS: [CauseWords; 21] = [
+static WORDS: [CauseWords; 22] = [
     CauseWords {
         id: "defocus_offset",
         title: "a focus offset",
@@ -102,6 +102,12 @@ static WORDS: [CauseWords; 21] = [
         title: "vignetting",
         meaning: "The barrel, a hood or a filter ring clips oblique light: out-of-focus discs become cat's eyes towards the corners.",
         action: "Remove hood and filters and look again. If it stays, it is the lens's own: use corrected.json, or fit again with `seidel fit --model extended`.",
+    },
+    CauseWords {
+        id: "obstruction",
+        title: "a central obstruction",
+        meaning: "The middle of the pupil is dark: out-of-focus discs are rings.",
+        action: "Check that the lens is a mirror lens, or that nothing stands before it.",
     },
     CauseWords {
         id: "apodisation",

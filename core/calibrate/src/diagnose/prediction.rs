@@ -72,6 +72,7 @@ impl PlacedPupil {
         }
         let (from, to) = (&a.transmission, &b.transmission);
         derivative.transmission = Transmission {
+            picture: None,
             square: rate(from.square, to.square),
             fourth: rate(from.fourth, to.fourth),
             centre: [0, 1].map(|axis| rate(from.centre[axis], to.centre[axis])),

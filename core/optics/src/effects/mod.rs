@@ -19,6 +19,7 @@ mod lateral_colour;
 mod meridional_terms;
 mod monomials;
 mod motion;
+mod obstruction;
 mod pixel_footprint;
 mod pupil_scale;
 mod sensor_tilt;
@@ -40,6 +41,7 @@ pub use double_plane::DoublePlane;
 pub use higher_order::HigherOrder;
 pub use lateral_colour::LateralColour;
 pub use motion::Motion;
+pub use obstruction::Obstruction;
 pub use pixel_footprint::PixelFootprint;
 pub use pupil_scale::PupilScale;
 pub use sensor_tilt::SensorTilt;
@@ -256,6 +258,7 @@ pub static ALL: &[&dyn Effect] = &[
     &Anamorphic,
     &AperturePolygon,
     &Vignetting,
+    &Obstruction,
     &Apodisation,
     &Diffraction,
     &Motion,

@@ -34,7 +34,9 @@ pub use coefficients::{BASIS_DEGREE, MOMENT_ORDER, MomentCoefficients};
 pub use conjugate_shift::ConjugateShift;
 pub use depth_law::{DEGREE_IN_VERGENCE, DepthLaw, DepthPlane};
 pub use fourth_order::FourthCoefficients;
-pub use pupil::{LocalPupil, MAX_STOPS, PINHOLE_RADIUS, Stop, Transmission};
+pub use pupil::{
+    AperturePicture, LocalPupil, MAX_STOPS, PINHOLE_RADIUS, PictureMask, Shadow, Stop, Transmission,
+};
 pub use reduced::ReducedNumbers;
 pub use seidel::SeidelAberrations;
 pub use series::{VergencePoint, VergenceSeries};

@@ -1,5 +1,11 @@
 //! The pupil of a lens for one image point in one channel: wavefront, stops, transmission and sensor.
 
+mod obstruction;
+mod picture;
+
+pub use obstruction::Shadow;
+pub use picture::AperturePicture;
+
 use super::wavefront::{DEGREE, TERMS, Wavefront, powers};
 use crate::moments::CentralMoments;
 use crate::sensor::Sensor;
@@ -19,18 +25,33 @@ pub struct Transmission {
     pub fourth: f64,
     /// Centre (x, y) of the filter, pupil radii.
     pub centre: [f64; 2],
+    /// A picture whose transmission multiplies that of the filter. Derivatives leave it as it is.
+    pub picture: Option<PictureMask>,
+}
+
+/// A picture over the pupil.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PictureMask {
+    /// The picture.
+    pub picture: AperturePicture,
+    /// Factor on pupil points before they are looked up; negative for a picture turned by 180 degrees.
+    pub scale: f64,
 }
 
 impl Transmission {
     /// Returns whether the transmission is one everywhere.
     pub fn is_uniform(&self) -> bool {
-        self.square == 0.0 && self.fourth == 0.0
+        self.square == 0.0 && self.fourth == 0.0 && self.picture.is_none()
     }
 
     /// Returns the transmission at pupil point `u`.
     pub fn at(&self, u: [f64; 2]) -> f64 {
         let (_, r2) = self.offset(u);
-        (-(self.square + self.fourth * r2) * r2).exp()
+        let filter = (-(self.square + self.fourth * r2) * r2).exp();
+        match &self.picture {
+            None => filter,
+            Some(mask) => filter * mask.picture.at(u.map(|u| u * mask.scale)),
+        }
     }
 
     /// Returns the gradient (x, y) of the logarithm of the transmission at pupil point `u`.
@@ -69,7 +90,7 @@ impl Stop {
     };
 
     /// Returns the distance of `u` from the edge, positive inside.
-    fn depth(&self, u: [f64; 2]) -> f64 {
+    pub(crate) fn depth(&self, u: [f64; 2]) -> f64 {
         self.radius - (u[0] - self.centre[0]).hypot(u[1] - self.centre[1])
     }
 }
@@ -86,6 +107,8 @@ pub struct LocalPupil {
     /// Circles outside the rim, which would clip a wider iris.
     outer: [Stop; MAX_OUTER_STOPS],
     outer_count: usize,
+    /// An opaque disc in the light's way, such as the secondary mirror of a catadioptric lens.
+    obstruction: Option<Stop>,
     /// Variance of the symmetric blur, px²: along any direction, or along y if pixels are not square.
     pub blur_variance_px2: f64,
     /// Variance of the symmetric blur along x over that along y.
@@ -110,6 +133,7 @@ impl LocalPupil {
             iris_stop_count: 1,
             outer: [Stop::RIM; MAX_OUTER_STOPS],
             outer_count: 0,
+            obstruction: None,
             blur_variance_px2,
             blur_ratio: 1.0,
             transmission: Transmission::default(),
@@ -215,11 +239,20 @@ impl LocalPupil {
     /// Returns the same lens with an iris `ratio` times as wide; stops outside the iris keep their place and size.
     #[must_use]
     pub fn with_pupil(&self, ratio: f64) -> Self {
+        let scaled = |stop: &Stop| Stop {
+            centre: stop.centre.map(|c| c / ratio),
+            radius: stop.radius / ratio,
+        };
         let mut changed = Self {
+            obstruction: self.obstruction.as_ref().map(scaled),
             transmission: Transmission {
                 square: self.transmission.square * ratio.powi(2),
                 fourth: self.transmission.fourth * ratio.powi(4),
                 centre: self.transmission.centre.map(|c| c / ratio),
+                picture: self.transmission.picture.map(|mask| PictureMask {
+                    scale: mask.scale * ratio,
+                    ..mask
+                }),
             },
             squeeze: self.squeeze,
             blur_ratio: self.blur_ratio,
@@ -232,10 +265,7 @@ impl LocalPupil {
         changed.iris_stop_count = self.iris_stop_count;
         let outside = &self.stops()[self.iris_stop_count..];
         for stop in outside.iter().chain(&self.outer[..self.outer_count]) {
-            changed.clip(Stop {
-                centre: stop.centre.map(|c| c / ratio),
-                radius: stop.radius / ratio,
-            });
+            changed.clip(scaled(stop));
         }
         changed
     }
@@ -247,18 +277,21 @@ impl LocalPupil {
 
     /// Returns whether light passes at pupil point `u`.
     pub fn passes(&self, u: [f64; 2]) -> bool {
-        self.stops().iter().all(|stop| stop.depth(u) >= 0.0)
+        let in_shadow = self.obstruction.is_some_and(|disc| disc.depth(u) > 0.0);
+        !in_shadow && self.depth(u) >= 0.0
+    }
+
+    /// Returns the distance of `u` from the nearest edge of a stop, positive inside all stops.
+    fn depth(&self, u: [f64; 2]) -> f64 {
+        let depths = self.stops().iter().map(|stop| stop.depth(u));
+        depths.fold(f64::INFINITY, f64::min)
     }
 
     /// Returns centre and radius of (nearly) the largest circle inside the pupil, in pupil radii.
     ///
     /// A negative radius means that the stops pass no light.
     pub fn inscribed_circle(&self) -> ([f64; 2], f64) {
-        let depth = |u| {
-            let depths = self.stops().iter().map(|stop| stop.depth(u));
-            depths.fold(f64::INFINITY, f64::min)
-        };
-        let mut best = ([0.0, 0.0], depth([0.0, 0.0]));
+        let mut best = ([0.0, 0.0], self.depth([0.0, 0.0]));
         if self.stop_count == 1 {
             return best;
         }
@@ -278,7 +311,7 @@ impl LocalPupil {
             }
             let stride = step.min(far);
             at = [at[0] + stride * dx / far, at[1] + stride * dy / far];
-            let here = depth(at);
+            let here = self.depth(at);
             if here > best.1 {
                 best = (at, here);
             }
@@ -369,12 +402,21 @@ impl LocalPupil {
     }
 
     fn is_round_and_even(&self) -> bool {
-        self.stops() == [Stop::RIM] && self.transmission.is_uniform()
+        self.stops() == [Stop::RIM] && self.transmission.is_uniform() && self.obstruction.is_none()
     }
 
     /// Returns rays for quadrature over the pupil: the light of each, and its pupil point.
     fn rays(&self) -> Vec<(f64, [f64; 2])> {
-        let angles = if self.stop_count > FEW_STOPS {
+        if self.obstruction.is_some() {
+            self.rays_beside_obstruction()
+        } else {
+            self.rays_within_stops()
+        }
+    }
+
+    /// Returns rays as [`LocalPupil::rays`], without the obstruction.
+    fn rays_within_stops(&self) -> Vec<(f64, [f64; 2])> {
+        let angles = if self.stop_count > FEW_STOPS || self.transmission.picture.is_some() {
             MORE_ANGLES
         } else {
             ANGLES

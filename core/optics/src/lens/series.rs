@@ -127,6 +127,36 @@ impl VergenceSeries {
         }
     }
 
+    /// Returns the series `share` of the way from this one to `other`: this one at 0, `other` at 1. Errors are propagated as
+    /// independent.
+    #[must_use]
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        let count = self.coefficients.len().max(other.coefficients.len());
+        let pair = |a: &[f64], b: &[f64], k: usize| {
+            let of = |all: &[f64]| all.get(k).copied().unwrap_or(0.0);
+            [(1.0 - share) * of(a), share * of(b)]
+        };
+        let sum = |k| {
+            pair(&self.coefficients, &other.coefficients, k)
+                .iter()
+                .sum()
+        };
+        let sigma = |k| {
+            let [a, b] = pair(&self.sigma, &other.sigma, k);
+            a.hypot(b)
+        };
+        let both = self.remainders.iter().chain(&other.remainders);
+        let mut vergences: Vec<f64> = both.map(|(v, _)| *v).collect();
+        vergences.sort_by(f64::total_cmp);
+        vergences.dedup();
+        let remainder = |v| (1.0 - share) * self.remainder(v) + share * other.remainder(v);
+        Self {
+            coefficients: (0..count).map(sum).collect(),
+            sigma: (0..count).map(sigma).collect(),
+            remainders: vergences.into_iter().map(|v| (v, remainder(v))).collect(),
+        }
+    }
+
     /// Returns the series times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
@@ -153,6 +183,24 @@ mod tests {
         assert_eq!(series.slope(2.0), 1.0);
         assert_eq!(series.degree(), 2);
         assert_eq!(VergenceSeries::constant(3.0).slope(1.0), 0.0);
+    }
+
+    #[test]
+    fn a_series_between_two_has_values_between_theirs() {
+        let a = VergenceSeries {
+            remainders: vec![(0.2, 0.3), (1.0, -0.2)],
+            ..VergenceSeries::new(vec![2.0, -1.0])
+        };
+        let b = VergenceSeries {
+            remainders: vec![(0.5, 0.1)],
+            ..VergenceSeries::new(vec![1.0, 3.0, 0.5])
+        };
+        for v in [0.0, 0.3, 0.5, 0.8, 2.0] {
+            for share in [0.0, 0.4, 1.0, 3.0] {
+                let want = a.at(v) + share * (b.at(v) - a.at(v));
+                assert!((a.towards(&b, share).at(v) - want).abs() < 1e-12);
+            }
+        }
     }
 
     #[test]

@@ -21,6 +21,9 @@ use crate::profile::LensProfile;
 /// The prefix of the name of a library lens where a file could stand.
 pub const PREFIX: &str = "library:";
 
+/// The environment variable that names a folder of own profiles, which programs find by name beside the library.
+pub const FOLDER_VARIABLE: &str = "SEIDEL_LENSES";
+
 /// A lens of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LibraryLens {
@@ -99,6 +102,14 @@ pub fn by_name(name: &str) -> Result<&'static LibraryLens> {
 /// Callers that open files look for a file of that name first.
 pub fn by_reference(reference: &str) -> Option<Result<&'static LibraryLens>> {
     reference.strip_prefix(PREFIX).map(by_name)
+}
+
+/// Returns the name of the file in a folder of profiles that `reference` names by [`PREFIX`]; `None` for the path of a file,
+/// and for names that lead out of the folder.
+pub fn file_name(reference: &str) -> Option<String> {
+    let name = reference.strip_prefix(PREFIX)?.trim();
+    let is_plain = !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\', ':']);
+    is_plain.then(|| format!("{name}.json"))
 }
 
 #[cfg(test)]

@@ -99,3 +99,19 @@ fn names_are_found_and_unknown_ones_get_the_nearest() {
         assert!(error.remedy.contains(nearest), "{name}: {}", error.remedy);
     }
 }
+
+#[test]
+fn files_of_a_folder_are_named_without_a_way_out_of_it() {
+    let named = |reference| file_name(reference);
+    assert_eq!(named("library:my lens"), Some("my lens.json".to_owned()));
+    for other in [
+        "my lens",
+        "library:",
+        "library:../a",
+        "library:a/b",
+        "library:c:x",
+        "library:..",
+    ] {
+        assert_eq!(named(other), None, "{other}");
+    }
+}

@@ -26,6 +26,7 @@ mod adequacy;
 mod check;
 mod controls;
 mod json;
+mod look;
 mod moments;
 mod pupil;
 
@@ -35,6 +36,7 @@ pub use adequacy::{
 };
 pub use controls::Controls;
 pub use json::schema;
+pub use look::{Blades, Look, LookRange};
 pub use moments::{MomentsChannel, MomentsPlane, RadialDisplacement};
 pub use pupil::{ProfileEffect, PupilChannel};
 

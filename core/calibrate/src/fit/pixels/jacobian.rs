@@ -98,6 +98,7 @@ fn transmission_numbers(transmission: &Transmission) -> [f64; 4] {
         square,
         fourth,
         centre: [x, y],
+        picture: _,
     } = *transmission;
     [square, fourth, x, y]
 }

@@ -126,6 +126,7 @@ impl TangentBasis {
                 };
             }
             tangent.transmission = Transmission {
+                picture: None,
                 square,
                 fourth,
                 centre: [x, y],

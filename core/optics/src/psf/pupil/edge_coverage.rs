@@ -41,7 +41,8 @@ impl EdgeCoverage {
         self.outer_density.clear();
     }
 
-    /// Adds the triangles between two neighbouring rings, the outer one being ring `k`; rings come from the innermost on.
+    /// Adds the triangles between two neighbouring rings, the outer one being ring `k`; rings come from the innermost on, which is
+    /// the centre or the edge of a hole.
     ///
     /// `place` turns landing points into cells. `light` returns the light of a triangle and is called once for each. Triangles folded to
     /// a line are left to `fold`, with the landing points of their corners and their light.
@@ -54,8 +55,10 @@ impl EdgeCoverage {
         mut light: impl FnMut(&Corners) -> f64,
         mut fold: impl FnMut([[f64; 2]; 3], f64),
     ) {
-        if k == 1 {
+        if self.outer.is_empty() {
             self.outer.extend(inner.landing.iter().map(|p| place(*p)));
+            // Within the innermost ring is nothing: its centre, or a shadow.
+            self.outer_density.resize(self.outer.len(), 0.0);
         }
         std::mem::swap(&mut self.inner, &mut self.outer);
         std::mem::swap(&mut self.inner_density, &mut self.outer_density);

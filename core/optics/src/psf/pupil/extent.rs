@@ -13,6 +13,8 @@ const LEAST_INTERPOLATED_RINGS: usize = 5;
 const LEAST_RINGS: usize = 8;
 const MOST_RINGS: usize = 1000;
 const MOST_FIT_RINGS: usize = 120;
+/// Largest number of rings for a picture of the aperture; below it, one for each pixel of the radius.
+const PICTURE_RINGS: f64 = 48.0;
 /// Share of the light outside a kernel that is dropped, each for diffraction and for a halo; kernels sum to one all
 /// the same.
 const LEFT_OUT: f64 = 0.005;
@@ -32,6 +34,8 @@ pub(super) struct Extent {
     pub(super) high: [f64; 2],
     /// Largest second derivative of the landing point by the pupil point, px.
     second_derivative: f64,
+    /// Whether the mesh must be fine enough for a picture of the aperture.
+    has_picture: bool,
 }
 
 impl Extent {
@@ -43,6 +47,7 @@ impl Extent {
             low: first,
             high: first,
             second_derivative: 0.0,
+            has_picture: pupil.transmission.picture.is_some(),
         };
         for k in 0..ANGLES {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / ANGLES as f64).sin_cos();
@@ -104,7 +109,10 @@ impl Extent {
         } else {
             (RIM_FINENESS, LEAST_RINGS)
         };
-        let rim = rim_fineness * self.radius().sqrt();
+        let mut rim = rim_fineness * self.radius().sqrt();
+        if self.has_picture {
+            rim = rim.max(self.radius().min(PICTURE_RINGS));
+        }
         let most = if detail == Detail::FULL {
             MOST_RINGS
         } else {

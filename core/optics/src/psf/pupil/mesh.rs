@@ -10,7 +10,9 @@
 use std::f64::consts::TAU;
 
 use super::PupilDerivative;
-use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, TERMS, Transmission, Wavefront, powers};
+use crate::lens::{
+    DEGREE, LocalPupil, PINHOLE_RADIUS, Shadow, Stop, TERMS, Transmission, Wavefront, powers,
+};
 
 /// Mean error of linear interpolation over the triangles, per Laplacian and squared ring spacing.
 ///
@@ -64,6 +66,10 @@ pub(super) struct Mesh<'a> {
     degree: usize,
     rings: usize,
     centre: [f64; 2],
+    /// The shadow that the rings surround.
+    annulus: Option<Annulus>,
+    /// A shadow that does not hold the centre: triangles are dark if their centroid is.
+    part_shadow: Option<Stop>,
     /// The corners of the outermost ring.
     rim: Vec<RimPoint>,
     /// Derivatives of those corners by each parameter that moves stops or changes the transmission.
@@ -76,6 +82,15 @@ pub(super) struct Mesh<'a> {
     /// Coefficients of the slopes of the derivatives, all x, then all y in blocks; the blocks one after the other, each
     /// monomial by monomial.
     velocities: Vec<[f64; BLOCK]>,
+}
+
+/// The hole of a mesh over a pupil with an obstruction, about the centre of the mesh.
+#[derive(Clone, Copy)]
+struct Annulus {
+    /// Distance of the corners on the edge of the hole, so that their polygon has the area of the hole.
+    radius: f64,
+    /// The ring on the edge of the hole, at least 1.
+    first: usize,
 }
 
 /// A corner of the outermost ring.
@@ -108,7 +123,18 @@ impl<'a> Mesh<'a> {
         light_derivatives: usize,
         rings: usize,
     ) -> Self {
-        let (centre, depth) = pupil.inscribed_circle();
+        let (mut centre, depth) = pupil.inscribed_circle();
+        let is_open = depth > PINHOLE_RADIUS;
+        let shadow = if is_open { pupil.shadow() } else { None };
+        let (mut hole, mut part_shadow) = (None, None);
+        match shadow {
+            Some(Shadow::Ring(disc)) => {
+                centre = disc.centre;
+                hole = Some(disc.radius);
+            }
+            Some(Shadow::Part(disc)) => part_shadow = Some(disc),
+            None => {}
+        }
         let mut mesh = Self {
             pupil,
             derivatives,
@@ -117,18 +143,35 @@ impl<'a> Mesh<'a> {
                 .fold(pupil.wavefront.degree(), usize::max),
             rings,
             centre,
+            annulus: None,
+            part_shadow,
             rim: Vec::new(),
             rim_motion: Vec::new(),
             landing: [[0.0; 2]; SLOPE_TERMS],
             curvature: Vec::new(),
             velocities: Vec::new(),
         };
-        mesh.set_rim(depth > PINHOLE_RADIUS);
+        mesh.set_rim(is_open);
         mesh.rim_motion = mesh.rim_motions();
+        // Where a shadow hides the rim, the mesh has no area.
+        let hidden = hole.unwrap_or(0.0);
         let squares = mesh.rim.iter().map(|s| s.reach().powi(2));
-        let area = squares.sum::<f64>() / mesh.rim.len() as f64;
+        let (sum, count) = (squares.filter(|square| *square > hidden * hidden))
+            .fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
+        let area = sum / f64::from(count);
+        mesh.annulus = hole.map(|radius| Annulus::new(radius, area.sqrt(), rings));
         mesh.set_slopes(INTERPOLATION * area / (rings * rings) as f64);
         mesh
+    }
+
+    /// Returns the innermost ring: the centre, or the edge of a shadow.
+    pub(super) fn first_ring(&self) -> usize {
+        self.annulus.map_or(0, |annulus| annulus.first)
+    }
+
+    /// Returns the shadow in which triangles are dark.
+    pub(super) fn part_shadow(&self) -> Option<Stop> {
+        self.part_shadow
     }
 
     /// Number of rings.
@@ -323,6 +366,21 @@ impl<'a> Mesh<'a> {
                 first + 1
             };
             let (a, b) = (&self.rim[first].edge, &self.rim[second].edge);
+            if let Some(annulus) = &self.annulus {
+                let shares = [(parts - part) as f64, part as f64].map(|p| p / parts as f64);
+                let outer = [0, 1].map(|x| shares[0] * a[x] + shares[1] * b[x]);
+                let (from_centre, outward) = annulus.corner(outer, k, self.rings);
+                let u = [0, 1].map(|x| self.centre[x] + from_centre[x]);
+                let monomials = self.push_corner(u, ring);
+                let from = [(first, outward * shares[0]), (second, outward * shares[1])];
+                self.push_drift(&monomials, from, ring);
+                part += self.rings;
+                while k > 0 && part >= k {
+                    part -= k;
+                    first += 1;
+                }
+                continue;
+            }
             let u = [0, 1].map(|x| self.centre[x] + weights[0] * a[x] + weights[1] * b[x]);
             let monomials = self.push_corner(u, ring);
             self.push_drift(
@@ -409,6 +467,31 @@ impl<'a> Mesh<'a> {
             ring.velocity[pack + half][lane] += along_y * (xy * drift[0] + yy * drift[1]);
             ring.drift.push(drift);
         }
+    }
+}
+
+impl Annulus {
+    /// Creates the hole of `radius` in a pupil of mean radius `reach` whose mesh has `rings` rings.
+    fn new(radius: f64, reach: f64, rings: usize) -> Self {
+        let first = (rings as f64 * radius / reach).round() as usize;
+        let first = first.clamp(1, rings - 1);
+        let spacing = TAU / (6 * first) as f64;
+        Self {
+            radius: radius * (1.0 + spacing * spacing / 12.0),
+            first,
+        }
+    }
+
+    /// Returns the corner of ring `k` of `rings` towards the point `outer` of the rim, from the centre, and its share of the
+    /// way from the hole to the rim.
+    #[inline(always)]
+    fn corner(&self, outer: [f64; 2], k: usize, rings: usize) -> ([f64; 2], f64) {
+        let outward = (k - self.first) as f64 / (rings - self.first) as f64;
+        let reach = outer[0].hypot(outer[1]);
+        // Where the hole crosses the rim, triangles have no area.
+        let inner = self.radius.min(reach) / reach;
+        let scale = inner + outward * (1.0 - inner);
+        (outer.map(|x| x * scale), outward)
     }
 }
 

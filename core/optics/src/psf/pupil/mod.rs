@@ -252,6 +252,7 @@ fn rasterise(mesh: &Mesh, transmission: Transmission, cells: &CellGrid, space: &
         filter: Filter {
             transmission,
             rates: mesh.transmission_rates(),
+            shadow: mesh.part_shadow(),
         },
         space,
     });
@@ -276,9 +277,10 @@ impl pulp::WithSimd for Rasterising<'_, '_> {
             canvas,
             ..
         } = self.space;
-        self.mesh.ring(0, inner);
+        let first = self.mesh.first_ring();
+        self.mesh.ring(first, inner);
         let mut scratch = Scratch::default();
-        for k in 1..=self.mesh.rings() {
+        for k in first + 1..=self.mesh.rings() {
             self.mesh.ring(k, outer);
             canvas.add_ring(k, inner, outer, self.origin, &self.filter, &mut scratch);
             std::mem::swap(inner, outer);
@@ -336,13 +338,17 @@ impl PsfModel for Pupil {
         let (a, b) = (rays(blur), rays(other));
         let grid = blur.pixel_aspect == other.pixel_aspect;
         let rest = |p: &LocalPupil| (p.transmission, p.squeeze, p.wave_px, p.sensor);
-        if !grid || a.stops().len() != b.stops().len() || rest(&a) != rest(&b) {
+        let obstructed = [a, b].map(|pupil| pupil.obstruction());
+        let stops = a.stops().len() == b.stops().len()
+            && obstructed[0].is_some() == obstructed[1].is_some();
+        if !grid || !stops || rest(&a) != rest(&b) {
             return false;
         }
         let shifted = (shift_px.0 - other_shift_px.0).hypot(shift_px.1 - other_shift_px.1);
         let blurred = (a.blur_variance_px2.sqrt() - b.blur_variance_px2.sqrt()).abs();
         // In pupil radii; the light extends about two standard deviations to either side.
-        let clipped: f64 = (a.stops().iter().zip(b.stops()))
+        let of_b = b.stops().iter().chain(&obstructed[1]);
+        let clipped: f64 = (a.stops().iter().chain(&obstructed[0]).zip(of_b))
             .map(|(s, t)| {
                 let moved = (s.centre[0] - t.centre[0]).hypot(s.centre[1] - t.centre[1]);
                 moved + (s.radius - t.radius).abs()

@@ -14,7 +14,7 @@ use super::edge_coverage::{Corners, EdgeCoverage};
 use super::mesh::{LANES, MAX_LIGHT_DERIVATIVES, Pack, Ring, packs};
 use super::polygon::{Point, Scratch};
 use super::{CellGrid, Detail};
-use crate::lens::Transmission;
+use crate::lens::{Stop, Transmission};
 
 /// The distribution of the light of a triangle over cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,13 +145,17 @@ pub(super) struct Filter {
     pub(super) transmission: Transmission,
     /// Its changes by each of the last parameters, which change the light of triangles.
     pub(super) rates: Vec<Transmission>,
+    /// A shadow in which triangles are dark.
+    pub(super) shadow: Option<Stop>,
 }
 
 impl Filter {
     /// Returns the light of a triangle of the pupil with this `area` and centroid.
     #[inline(always)]
     fn light(&self, area: f64, centroid: [f64; 2]) -> f64 {
-        if self.transmission.is_uniform() {
+        if self.shadow.is_some_and(|disc| disc.depth(centroid) > 0.0) {
+            0.0
+        } else if self.transmission.is_uniform() {
             area
         } else {
             area * self.transmission.at(centroid)

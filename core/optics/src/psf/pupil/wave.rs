@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use super::extent::Extent;
 use super::fourier::{C, Fourier, transpose};
 use super::optical_psf::{Spectrum, View, signed, sinc};
-use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, Stop, powers};
+use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, Shadow, Stop, powers};
 use seidel_fourier::fast_length;
 
 /// Smallest distance between the rays and the next period of the tile, in q over the smallest half width of the pupil.
@@ -107,7 +107,12 @@ pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
     } else {
         0.0
     };
-    (depth > PINHOLE_RADIUS).then_some(depth.max(0.1))
+    // A ring diffracts by its length of edge over its area, as a circle of its width does.
+    let width = match pupil.shadow() {
+        Some(Shadow::Ring(disc)) if diffracts => depth - disc.radius,
+        _ => depth,
+    };
+    (depth > PINHOLE_RADIUS).then_some(width.max(0.1))
 }
 
 /// Returns the spectrum of the diffraction PSF, including pixels and symmetric blur.
@@ -189,13 +194,18 @@ pub(super) fn spectrum(
 fn fill_pupil_function(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f64 {
     let mut open = vec![0.0; x.count * y.count];
     let cell = [x.step, y.step];
+    let shadow = pupil.shadow();
     // The outermost cells are opaque.
     for column in 1..x.count - 1 {
         let ux = x.first + column as f64 * x.step;
         for row in 1..y.count - 1 {
             let u = [ux, y.first + row as f64 * y.step];
             let shares = pupil.stops().iter().map(|stop| share_within(stop, u, cell));
-            open[column * y.count + row] = shares.fold(1.0, f64::min);
+            let mut share = shares.fold(1.0, f64::min);
+            if let Some(Shadow::Ring(disc) | Shadow::Part(disc)) = &shadow {
+                share *= 1.0 - share_within(disc, u, cell);
+            }
+            open[column * y.count + row] = share;
         }
     }
     let mut light = 0.0;

@@ -1,5 +1,6 @@
 //! The pupil PSF against histograms of millions of rays, closed forms and numeric derivatives.
 
+mod obstruction;
 mod optical_psf;
 mod wave;
 
@@ -173,6 +174,7 @@ fn light_is_one_and_moments_are_those_of_the_closed_forms() {
 /// Returns a transmission: square, fourth, centre (x, y).
 fn transmission([square, fourth, x, y]: [f64; 4]) -> Transmission {
     Transmission {
+        picture: None,
         square,
         fourth,
         centre: [x, y],

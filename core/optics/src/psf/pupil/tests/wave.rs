@@ -49,6 +49,7 @@ fn difficult(q: f64, size: f64) -> LocalPupil {
     });
     pupil.wave_px = q;
     pupil.transmission = Transmission {
+        picture: None,
         square: 0.6,
         fourth: -0.2,
         centre: [0.2, -0.1],

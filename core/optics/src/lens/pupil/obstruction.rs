@@ -1,0 +1,129 @@
+//! An opaque disc in the pupil, and the part of its shadow that lies within the stops.
+
+use super::{LocalPupil, MORE_ANGLES, RADII, Stop};
+
+/// Smallest distance of the centre of a shadow from the edge of the pupil, in pupil radii, at which the pupil is a ring about it.
+const LEAST_DEPTH: f64 = 0.02;
+/// Largest radius of a shadow over that of the pupil about its centre: a PSF always has light.
+const LARGEST: f64 = 0.98;
+
+/// The shadow of the obstruction of a pupil.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shadow {
+    /// Its centre lies within the stops: the pupil is a ring about it, of which parts may be dark.
+    Ring(Stop),
+    /// Its centre lies outside the stops: it darkens a part of the pupil.
+    Part(Stop),
+}
+
+impl LocalPupil {
+    /// Puts the opaque `disc` into the pupil. The larger one counts where there is one already.
+    pub fn obstruct(&mut self, disc: Stop) {
+        if disc.radius > self.obstruction.map_or(0.0, |old| old.radius) {
+            self.obstruction = Some(disc);
+        }
+    }
+
+    /// Returns the opaque disc in the pupil.
+    pub fn obstruction(&self) -> Option<Stop> {
+        self.obstruction
+    }
+
+    /// Returns the shadow of the obstruction within the stops. A disc that would take all light is smaller, or left out if
+    /// its centre lies outside the stops.
+    pub fn shadow(&self) -> Option<Shadow> {
+        let disc = self.obstruction?;
+        if self.depth(disc.centre) <= LEAST_DEPTH {
+            let rays = self.rays_within_stops();
+            let passes = rays.iter().any(|(_, u)| disc.depth(*u) <= 0.0);
+            return passes.then_some(Shadow::Part(disc));
+        }
+        let reaches = directions().map(|[cos, sin]| self.edge(disc.centre, cos, sin).0);
+        let farthest = reaches.fold(0.0, f64::max);
+        Some(Shadow::Ring(Stop {
+            radius: disc.radius.min(LARGEST * farthest),
+            ..disc
+        }))
+    }
+
+    /// Returns rays for quadrature over a pupil with an obstruction: the light of each, and its pupil point.
+    pub(super) fn rays_beside_obstruction(&self) -> Vec<(f64, [f64; 2])> {
+        let disc = match self.shadow() {
+            Some(Shadow::Ring(disc)) => disc,
+            Some(Shadow::Part(disc)) => {
+                let mut rays = self.rays_within_stops();
+                rays.retain(|(_, u)| disc.depth(*u) <= 0.0);
+                return rays;
+            }
+            None => return self.rays_within_stops(),
+        };
+        let mut rays = Vec::with_capacity(RADII.len() * MORE_ANGLES);
+        for [cos, sin] in directions() {
+            let reach = self.edge(disc.centre, cos, sin).0;
+            let inner = disc.radius.min(reach);
+            let ring = reach * reach - inner * inner;
+            for (radius, weight) in RADII {
+                let r = (inner * inner + ring * radius * radius).sqrt();
+                let u = [disc.centre[0] + r * cos, disc.centre[1] + r * sin];
+                rays.push((weight * ring * self.transmission.at(u), u));
+            }
+        }
+        rays
+    }
+}
+
+/// Returns the cosine and sine of the directions of the quadrature.
+fn directions() -> impl Iterator<Item = [f64; 2]> {
+    (0..MORE_ANGLES).map(|k| {
+        let angle = std::f64::consts::TAU * (k as f64 + 0.5) / MORE_ANGLES as f64;
+        [angle.cos(), angle.sin()]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::Wavefront;
+
+    fn disc(x: f64, radius: f64) -> Stop {
+        Stop {
+            centre: [x, 0.0],
+            radius,
+        }
+    }
+
+    #[test]
+    fn moments_are_those_of_a_ring() {
+        let mut wavefront = Wavefront::default();
+        wavefront.add_monomial(2, 0, 2.0);
+        wavefront.add_monomial(0, 2, 2.0);
+        let mut pupil = LocalPupil::circular(wavefront, 0.0);
+        pupil.obstruct(disc(0.0, 0.6));
+        let (moments, centroid) = pupil.moments();
+        // The mean of r² over a ring is (R² + h²) / 2; landing points are 4 u.
+        let want = 16.0 * (1.0 + 0.36) / 4.0;
+        assert!((moments.mu20 - want).abs() < 1e-9, "{moments:?}");
+        assert!(centroid[0].hypot(centroid[1]) < 1e-9);
+        pupil.obstruct(disc(0.0, 0.3));
+        assert_eq!(pupil.obstruction(), Some(disc(0.0, 0.6)));
+        assert!(!pupil.passes([0.5, 0.0]) && pupil.passes([0.7, 0.0]));
+        let half = pupil.with_pupil(2.0);
+        assert_eq!(half.obstruction(), Some(disc(0.0, 0.3)));
+    }
+
+    #[test]
+    fn some_light_is_left() {
+        let pupil = |blocked: Stop| {
+            let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
+            pupil.clip(disc(1.2, 1.0));
+            pupil.obstruct(blocked);
+            pupil
+        };
+        let all = pupil(disc(0.6, 5.0)).shadow();
+        assert!(matches!(all, Some(Shadow::Ring(ring)) if ring.radius < 1.0));
+        assert_eq!(pupil(disc(-0.5, 9.0)).shadow(), None);
+        let part = pupil(disc(0.0, 0.4));
+        assert!(matches!(part.shadow(), Some(Shadow::Part(_))));
+        assert!(part.centroid()[0].is_finite());
+    }
+}

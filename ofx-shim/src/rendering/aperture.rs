@@ -1,0 +1,76 @@
+//! The input Aperture as a picture of the aperture.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::rc::Rc;
+use std::sync::{Mutex, PoisonError};
+
+use seidel_core::AperturePicture;
+
+use super::inputs::image_of_input;
+use crate::clips::APERTURE;
+use crate::depth::InputChannel;
+use crate::geometry::PixelMap;
+use crate::host::{Call, Failure, Result};
+use crate::knobs::{Knobs, look};
+
+/// Index of the alpha channel.
+const ALPHA: i32 = 3;
+
+/// The pictures that were read, by a hash of their samples: a picture stays in memory, so none is taken twice.
+static PICTURES: Mutex<BTreeMap<u64, &'static AperturePicture>> = Mutex::new(BTreeMap::new());
+
+/// Returns the picture of the input Aperture, if it is switched on: the mean of R, G and B or the only channel, times A.
+///
+/// # Errors
+/// No image in the input, and a picture that is black.
+pub(crate) fn aperture_picture(
+    call: &Call,
+    knobs: &Knobs,
+    map: PixelMap,
+) -> Result<Option<&'static AperturePicture>> {
+    if !knobs.is_on(&look::USE_APERTURE) {
+        return Ok(None);
+    }
+    let image = image_of_input(call, knobs, APERTURE, &look::USE_APERTURE)?;
+    let image = Rc::new(image.ok_or_else(|| {
+        Failure::failed(
+            "Aperture: the input has no image; connect a picture that is white where light passes, or switch Use Aperture off.",
+        )
+    })?);
+    let area = map.rectangle(image.bounds);
+    let read = |channel: i32| -> Result<Vec<f32>> {
+        let channel = InputChannel::new(&image, map, channel, "Aperture", None)?;
+        channel.map_or(Ok(Vec::new()), |channel| channel.samples(area))
+    };
+    let colours: &[i32] = if image.channels == 1 {
+        &[0]
+    } else {
+        &[0, 1, 2]
+    };
+    let share = 1.0 / colours.len() as f32;
+    let mut samples = vec![0.0; area.width * area.height];
+    for channel in colours {
+        (samples.iter_mut().zip(read(*channel)?)).for_each(|(sum, v)| *sum += share * v);
+    }
+    if image.channels == 4 {
+        (samples.iter_mut().zip(read(ALPHA)?)).for_each(|(sample, alpha)| *sample *= alpha);
+    }
+    kept(area.width, &samples).map(Some)
+}
+
+/// Returns the picture with these samples, of before if there was one.
+fn kept(width: usize, samples: &[f32]) -> Result<&'static AperturePicture> {
+    let mut hasher = DefaultHasher::new();
+    width.hash(&mut hasher);
+    samples.iter().for_each(|v| v.to_bits().hash(&mut hasher));
+    let key = hasher.finish();
+    let mut pictures = PICTURES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(picture) = pictures.get(&key) {
+        return Ok(picture);
+    }
+    let picture = AperturePicture::new(width, samples)?;
+    let picture: &'static AperturePicture = Box::leak(Box::new(picture));
+    pictures.insert(key, picture);
+    Ok(picture)
+}

@@ -1,0 +1,100 @@
+//! The demo's plate through a library lens with one look each, and through each library lens.
+
+use super::panels::{Panel, grid};
+use super::programs::Programs;
+use super::samples::{Crop, part_of_file};
+
+/// The part of the demo's plate with its lamps, px.
+const LAMPS: Crop = Crop {
+    left: 480,
+    top: 20,
+    width: 440,
+    height: 248,
+};
+
+/// The looks, each with its label.
+const LOOKS: [(&str, &str); 12] = [
+    ("", "as the lens (library:modern-50)"),
+    ("--blades 5", "--blades 5"),
+    (
+        "--blades 6 --roundness 0.5 --rotation 30",
+        "--blades 6 --roundness 0.5 --rotation 30",
+    ),
+    ("--squeeze 2", "--squeeze 2"),
+    ("--obstruction 0.5", "--obstruction 0.5"),
+    ("--cats-eye 1", "--cats-eye 1"),
+    ("--spherical 1", "--spherical 1"),
+    ("--spherical -1", "--spherical -1"),
+    ("--axial-colour 4", "--axial-colour 4"),
+    ("--lateral-colour 4", "--lateral-colour 4"),
+    ("--bloom 0.3", "--bloom 0.3"),
+    (
+        "--squeeze 1.8 --cats-eye 0.7 --spherical 0.6 --bloom 0.15",
+        "squeeze 1.8, cat's eye 0.7, spherical 0.6",
+    ),
+];
+
+/// The lenses of the library, each with its label.
+const LENSES: [(&str, &str); 8] = [
+    ("modern-50", "modern: modern-50"),
+    ("swirl-58", "vintage: swirl-58"),
+    ("bubble-100", "vintage: bubble-100"),
+    ("soft-portrait-85", "portrait: soft-portrait-85"),
+    ("anamorphic-75", "anamorphic: anamorphic-75"),
+    ("macro-100", "macro: macro-100"),
+    ("mirror-500", "mirror: mirror-500"),
+    ("wide-zoom-16", "wide zoom: wide-zoom-16"),
+];
+
+/// Draws one panel for each look of `docs/pictures/looks.png`.
+pub(super) fn draw(programs: &Programs) -> Result<(), String> {
+    let panels = LOOKS.map(|(options, label)| {
+        panel(
+            programs,
+            &format!("--lens library:modern-50 {options}"),
+            label,
+        )
+    });
+    sheet(programs, panels, 3, "looks.png")
+}
+
+/// Draws one panel for each lens of `docs/pictures/library.png`. The largest discs are of one size.
+pub(super) fn draw_library(programs: &Programs) -> Result<(), String> {
+    let panels = LENSES.map(|(name, label)| {
+        panel(
+            programs,
+            &format!("--lens library:{name} --maximum-size 16"),
+            label,
+        )
+    });
+    sheet(programs, panels, 2, "library.png")
+}
+
+/// Returns the lamps of the demo's plate, focused at 2 m, with these `options`.
+fn panel(programs: &Programs, options: &str, label: &str) -> Result<Panel, String> {
+    programs.demo()?;
+    programs.seidel(&format!(
+        "apply demo/plate.exr -o look.exr --focus-distance 2 {options}"
+    ))?;
+    programs
+        .seidel("lut look.exr -o look.png --ocio seidel --in-space lin_rec709 --view sRGB/Plain")?;
+    Ok(Panel {
+        label: label.to_owned(),
+        image: part_of_file(&programs.work().join("look.png"), LAMPS)?,
+    })
+}
+
+fn sheet<const N: usize>(
+    programs: &Programs,
+    panels: [Result<Panel, String>; N],
+    columns: u32,
+    file: &str,
+) -> Result<(), String> {
+    let panels = panels.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let sheet = programs.work().join(file);
+    let drawn = grid(&panels, columns)?;
+    drawn
+        .save(&sheet)
+        .map_err(|why| format!("{}: {why}", sheet.display()))?;
+    programs.install(&sheet, file)
+}
