@@ -19,6 +19,7 @@ mod gap_problem;
 mod hypothesis;
 mod jitter;
 mod joint;
+mod joint_search;
 mod model_share;
 mod next_capture;
 mod pair;
@@ -93,7 +94,7 @@ pub fn diagnose(
     let names = channels.iter().map(|c| c.name.as_str());
     let reference = reference_channel(&lens.camera, names);
     let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
-    jitter::place_by_pixels(&nothing, &mut tiles.tiles);
+    jitter::place_by_pixels(&nothing, &[], &mut tiles.tiles);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
     let coverage = Coverage::of(&first);
@@ -119,6 +120,8 @@ pub fn diagnose(
     let mut singles = search.singles(drafts);
     let mut jitter_px = 0.0;
     if let Some(best) = singles.first() {
+        // Where most of the hypotheses that remain agree with the pixels, so that few tiles move with each.
+        jitter::place_by_pixels(&best.hypothesis, &best.theta, &mut tiles.tiles);
         jitter_px = jitter::remove(best, &mut tiles.tiles);
         if jitter_px > MIN_REPORTED_JITTER_PX {
             tiles.remarks.push(format!(

@@ -7,7 +7,6 @@ use super::posterior::{
     CandidateScore, GapScale, MIN_GAP, MODEL_ERROR, REAL_GAP_RATIO, nothing_missing, probabilities,
 };
 use super::search::{Candidate, HypothesisSearch};
-use seidel_optics::psf::pupil::Detail;
 
 /// Share of the gap below which a single effect suffices.
 const SUFFICIENT_REMAINDER: f64 = 0.04;
@@ -56,8 +55,7 @@ pub(super) struct Decision {
 
 impl GapStatistics {
     pub(super) fn new(own_gap: f64, search: &HypothesisSearch, singles: &[Candidate]) -> Self {
-        let nothing = search.nothing();
-        let gaps = search.problem(&nothing, Detail::FULL).gaps(&[]);
+        let gaps = search.gaps_before();
         let total = search.weight();
         let tiles = search.many().iter();
         let excess = gaps
