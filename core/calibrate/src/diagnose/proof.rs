@@ -353,14 +353,10 @@ fn pairs(found: &Findings) -> Vec<Pair> {
     let before = found.statistics.before;
     let pairs = found.joint.iter().zip(&found.decision.joint);
     pairs
-        .filter(|(joint, _)| joint.hypothesis.parts.len() == 2)
-        .map(|(pair, probability)| {
-            let ids = pair.hypothesis.ids();
-            Pair {
-                effects: [ids[0], ids[1]],
-                probability: *probability,
-                gap_closed: 1.0 - pair.after / before,
-            }
+        .map(|(joint, probability)| Pair {
+            effects: joint.hypothesis.ids(),
+            probability: *probability,
+            gap_closed: 1.0 - joint.after / before,
         })
         .collect()
 }
