@@ -22,6 +22,7 @@ mod joint;
 mod joint_search;
 mod model_share;
 mod next_capture;
+mod one_distance;
 mod pair;
 mod places;
 mod posterior;
@@ -144,10 +145,13 @@ pub fn diagnose(
         }
     });
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
+    one_distance::score_wrong_distances(&search, &mut singles);
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let statistics = verdict::GapStatistics::new(model.own_gap, &search, &singles);
     let joint = if settings.pairs && statistics.wants_pairs() {
-        joint::combinations(&search, &statistics, &singles, |share| {
+        let acting = singles.iter().filter(|single| single.acts_as.is_none());
+        let acting: Vec<Candidate> = acting.cloned().collect();
+        joint::combinations(&search, &statistics, &acting, |share| {
             step(progress, (tried.len() as f64 + 3.0 * share) / steps)
         })?
     } else {

@@ -266,6 +266,9 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                     id,
                     found.channels,
                 )
+            } else if single.acts_as.is_some() {
+                // They stand where the search began.
+                Vec::new()
             } else {
                 let sigma = single.sigma();
                 values(
@@ -421,7 +424,7 @@ fn remarks(found: &Findings) -> Vec<String> {
     distances.dedup();
     if distances.len() == 1 {
         remarks.push(format!(
-            "all PSFs are at one distance, where {} and {} look alike",
+            "all PSFs are at one distance, where {} and {} look alike unless the size of the image changes",
             title("defocus_offset"),
             title("depth_scale")
         ));

@@ -7,7 +7,7 @@ use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weig
 use super::hypothesis::Hypothesis;
 use super::subsample::{MIN_EXCESS, Subsample, noise_sum};
 use super::tiles::TileData;
-use seidel_optics::effects::Effect;
+use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
 
 /// A hypothesis at its estimated parameters.
@@ -21,6 +21,8 @@ pub(super) struct Candidate {
     pub(super) linear: FoldSums,
     /// Tiles of the score and of `linear`.
     pub(super) scored_on: Part,
+    /// Effect that does the same in these observations, where this one does not act on the lens.
+    pub(super) acts_as: Option<&'static str>,
 }
 
 /// A part of the tiles.
@@ -38,6 +40,12 @@ impl Candidate {
     /// Returns the number of free parameters.
     pub(super) fn freedom(&self) -> usize {
         self.hypothesis.slots.len()
+    }
+
+    /// Returns whether a parameter changes the pictures.
+    pub(super) fn acts(&self) -> bool {
+        let matrix = self.linear.total(None).matrix;
+        matrix.diagonal().iter().any(|influence| *influence > 0.0)
     }
 
     /// Returns the standard errors by the sandwich covariance over tiles.
@@ -418,9 +426,24 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Refines `candidate` on the comparison tiles.
     pub(super) fn refined(&self, candidate: Candidate) -> Candidate {
-        let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
-        let theta = problem.descend(&candidate.theta, 5, TOLERANCE).theta;
-        self.scored(candidate.hypothesis, theta, Part::Many, Scoring::Full)
+        self.refined_from(candidate.hypothesis, &candidate.theta)
+    }
+
+    /// Refines `effect` alone on the comparison tiles, with the free parameters of `start`, from the values `theta`.
+    pub(super) fn refined_alone(
+        &self,
+        effect: &'static dyn Effect,
+        start: SearchStart,
+        theta: &[f64],
+    ) -> Candidate {
+        let parts = vec![(effect, start)];
+        self.refined_from(Hypothesis::new(parts, self.channels, self.reference), theta)
+    }
+
+    fn refined_from(&self, hypothesis: Hypothesis, theta: &[f64]) -> Candidate {
+        let problem = self.problem(&hypothesis, Detail::COARSE);
+        let theta = problem.descend(theta, 5, TOLERANCE).theta;
+        self.scored(hypothesis, theta, Part::Many, Scoring::Full)
     }
 
     /// Scores `candidate`, estimated at another noise level, again on the fewest tiles.
@@ -460,6 +483,7 @@ impl<'a> HypothesisSearch<'a> {
             linear,
             hypothesis,
             scored_on,
+            acts_as: None,
         }
     }
 }

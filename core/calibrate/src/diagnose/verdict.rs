@@ -156,6 +156,14 @@ impl GapStatistics {
         }
         let none = self.none();
         let all: Vec<&Candidate> = singles.iter().chain(joint).collect();
+        // The effect that acts on the lens, for one that does not.
+        let acting = |k: usize| {
+            let twin = all[k].acts_as.and_then(|id| {
+                let mut singles = singles.iter();
+                singles.find(|single| single.hypothesis.ids() == [id])
+            });
+            twin.unwrap_or(all[k]).clone()
+        };
         let best = (0..all.len()).max_by(|a, b| odds[*a].total_cmp(&odds[*b]));
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
@@ -163,14 +171,14 @@ impl GapStatistics {
             Some(k) if odds[k] > unknown => {
                 if odds[k] < MIN_PROBABILITY {
                     equivalents.push(rivals(&all, &odds, k));
-                    (Verdict::Ambiguous, Some(all[k].clone()))
+                    (Verdict::Ambiguous, Some(acting(k)))
                 } else {
-                    (Verdict::Explained, Some(all[k].clone()))
+                    (Verdict::Explained, Some(acting(k)))
                 }
             }
             _ => {
                 let part = best.filter(|k| all[*k].after < (1.0 - MIN_PARTIAL_SHARE) * self.before);
-                (Verdict::Unexplained, part.map(|k| all[k].clone()))
+                (Verdict::Unexplained, part.map(acting))
             }
         };
         let enough = self.detection_limit().min(MAX_REMAINDER * self.before);
