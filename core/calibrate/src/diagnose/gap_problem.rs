@@ -147,7 +147,7 @@ impl<'a> GapProblem<'a> {
             .observations()
             .par_iter()
             .map_init(TilePredictor::default, |predictor, tiles| {
-                let (_, pictures) = self.placed(predictor, tiles, &by_channel);
+                let (_, pictures) = self.align(predictor, tiles, &by_channel);
                 let stack = Stack::new(tiles, &pictures);
                 stack.gaps(&stack.residual())
             })
@@ -190,7 +190,7 @@ impl<'a> GapProblem<'a> {
     /// Returns the `tiles` of one observation with their predictions, moved by their unknown shifts to where they agree best with
     /// the pixels (Gauss-Newton). The projection of residuals alone would not do: it is linear in the shift, and a PSF as narrow
     /// as a pixel is not.
-    fn placed<'t>(
+    fn align<'t>(
         &self,
         predictor: &mut TilePredictor,
         tiles: &[&'t TileData],
@@ -272,7 +272,7 @@ impl<'a> GapProblem<'a> {
                 let mut linearised = linearise(predictor, &placed);
                 let pictures: Vec<&[f64]> = linearised.iter().map(|l| &l.picture[..]).collect();
                 if self.moves(&Stack::new(tiles, &pictures)).is_some() {
-                    let (placed, _) = self.placed(predictor, tiles, &here);
+                    let (placed, _) = self.align(predictor, tiles, &here);
                     linearised = linearise(predictor, &placed);
                 }
                 let (pictures, mut rates): (Vec<_>, Vec<_>) = (linearised.into_iter())
