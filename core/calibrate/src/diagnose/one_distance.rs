@@ -1,7 +1,6 @@
 //! Wrong object distances at one distance, where they look like a focus offset.
 
 use super::search::{Candidate, HypothesisSearch};
-use seidel_optics::effects::SearchStart;
 
 /// Effects that look alike at one distance: the one that acts there on any lens, and the one that does not.
 const FOCUS_OFFSET: &str = "defocus_offset";
@@ -33,7 +32,7 @@ pub(super) fn score_wrong_distances(search: &HypothesisSearch, singles: &mut [Ca
         .filter(|(slot, _)| slot.parameter != MAGNIFICATION)
         .map(|(_, value)| *value)
         .collect();
-    let mut start = SearchStart { ..start.clone() };
+    let mut start = start.clone();
     start.values[MAGNIFICATION] = effect.parameters()[MAGNIFICATION].neutral;
     start.free[MAGNIFICATION] = false;
     singles[distances].after = search.refined_alone(*effect, start, &theta).after;
