@@ -103,6 +103,39 @@ fn every_effect_alone_is_identified() {
     assert!(missed.is_empty(), "{}", missed.join("; "));
 }
 
+/// A lens that was fitted at one distance has no law by which wrong distances could act.
+#[test]
+fn at_one_distance_wrong_distances_are_named_beside_a_focus_offset() {
+    let recipe = |kind| {
+        let two = recipe(kind, 7300);
+        Recipe {
+            conditions: Conditions {
+                distances: 1,
+                ..two.conditions
+            },
+            ..two
+        }
+    };
+    let found = |kind| {
+        let case = seidel_trial::draw(&recipe(kind));
+        let fit = fit_pupil(&[case.design], &PupilSettings::default(), &no_progress);
+        let lens = fit.expect("a sound design").lens;
+        let library = ["defocus_offset", "depth_scale", "sensor_tilt"];
+        diagnosed(&lens, &case.real, &library)
+    };
+    let either = found(Kind::Single("depth_scale"));
+    assert_eq!(either.verdict, Verdict::Ambiguous, "{:?}", either.added);
+    assert_eq!(either.added, ["defocus_offset"], "the one that acts");
+    assert!(either.gap.closed > 0.9, "{:?}", either.gap);
+    let mut class = either.equivalents[0].clone();
+    class.sort_unstable();
+    assert_eq!(class, ["defocus_offset", "depth_scale"]);
+    // The size of the image tells.
+    let focus = found(Kind::Single("defocus_offset"));
+    assert_eq!(focus.verdict, Verdict::Explained, "{:?}", focus.causes);
+    assert_eq!(focus.added, ["defocus_offset"]);
+}
+
 #[test]
 fn nothing_is_found_where_nothing_is_missing() {
     let found = blind(

@@ -56,6 +56,35 @@ fn run(plan: &Plan) -> SelfTest {
     test
 }
 
+/// Without ideal positions, lateral colour was neither placed well enough to be found, nor seen on the held-out places.
+#[test]
+fn what_closes_without_ideal_positions_closes_on_held_out_places() {
+    let selection = Selection {
+        count: 30,
+        seed: 9602,
+        only: Some(KindClass::Single),
+        size: None,
+    };
+    let library = ["lateral_colour", "axial_colour", "defocus_offset"];
+    let test = run(&Plan {
+        selection,
+        only_case: Some(6),
+        library: library.map(str::to_owned).to_vec(),
+        withhold: false,
+    });
+    let case = &test.cases[0];
+    assert!(!case.recipe.conditions.ideal_positions);
+    let found = &case.outcome;
+    assert_eq!(found.answer.effects, ["lateral_colour"]);
+    assert_eq!(found.verdict, "explained", "{found:?}");
+    assert_eq!(found.added, found.answer.effects);
+    assert!(found.true_closed > 0.9, "{found:?}");
+    assert!(
+        (found.claimed_closed - found.true_closed).abs() < 0.05,
+        "{found:?}"
+    );
+}
+
 /// Checks that `keys` are numbers; a value that is not finite is written as null.
 fn numbers(of: &Value, keys: &[&str]) {
     for key in keys {

@@ -21,24 +21,25 @@ pub(super) fn headline(d: &Diagnosis) -> String {
     )
 }
 
-/// An answer to the diagnosis: an effect alone, two together, or the unknown cause.
+/// An answer to the diagnosis: an effect alone, two or three together, or the unknown cause.
 struct Answer {
     ids: Vec<&'static str>,
     probability: f64,
 }
 
-/// Returns the most probable answers. The probability of a cause includes half of that of its pairs; an answer's does not.
+/// Returns the most probable answers. The probability of a cause includes its part of that of its pairs; an answer's does not.
 fn answers(d: &Diagnosis) -> Vec<Answer> {
     let alone = d.causes.iter().map(|cause| {
         let pairs = d.pairs.iter().filter(|p| p.effects.contains(&cause.effect));
-        let shared: f64 = pairs.map(|pair| pair.probability / 2.0).sum();
+        let shared = pairs.map(|pair| pair.probability / pair.effects.len() as f64);
+        let shared: f64 = shared.sum();
         Answer {
             ids: vec![cause.effect],
             probability: (cause.probability - shared).max(0.0),
         }
     });
     let pairs = d.pairs.iter().map(|pair| Answer {
-        ids: pair.effects.to_vec(),
+        ids: pair.effects.clone(),
         probability: pair.probability,
     });
     let mut all: Vec<Answer> = alone.chain(pairs).collect();
@@ -76,13 +77,20 @@ fn causes_card(d: &Diagnosis) -> String {
         })
         .collect();
     let tried = d.causes.iter().filter(|c| !c.parameters.is_empty()).count();
-    let pairs = match d.pairs.len() {
+    let of_two = d.pairs.iter().filter(|pair| pair.effects.len() == 2);
+    let of_two = of_two.count();
+    let pairs = match of_two {
         0 => String::new(),
         1 => " and 1 pair".to_owned(),
         count => format!(" and {count} pairs"),
     };
+    let three = if of_two < d.pairs.len() {
+        ", and three effects together,"
+    } else {
+        ""
+    };
     format!(
-        "<div class=\"card\"><h3>{heading}</h3>\n{bars}<p class=\"quiet small\">{tried} effects{pairs} were \
+        "<div class=\"card\"><h3>{heading}</h3>\n{bars}<p class=\"quiet small\">{tried} effects{pairs}{three} were \
          tried.{nothing}</p></div>\n"
     )
 }

@@ -328,12 +328,12 @@ pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
         causes: causes(verdict),
         pairs: vec![
             Pair {
-                effects: ["vignetting", "decentre"],
+                effects: vec!["vignetting", "decentre"],
                 probability: 0.012,
                 gap_closed: gaps.closed() + 0.003,
             },
             Pair {
-                effects: ["vignetting", "diffraction"],
+                effects: vec!["vignetting", "diffraction"],
                 probability: 0.006,
                 gap_closed: gaps.closed() + 0.001,
             },

@@ -198,19 +198,24 @@ pub(super) fn pairs(d: &Diagnosis) -> String {
         .iter()
         .take(MOST_PAIRS)
         .map(|pair| {
-            let names = pair.effects.map(title);
+            let names: Vec<String> = pair.effects.iter().map(|id| title(id).to_owned()).collect();
             format!(
                 "<tr><td><span class=\"name\">{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-                escape(&sentence(&names.join(" and "))),
+                escape(&sentence(&list(&names, "and"))),
                 probability(pair.probability),
                 percent(pair.gap_closed)
             )
         })
         .collect();
+    let three = if d.pairs.iter().any(|pair| pair.effects.len() > 2) {
+        ", and three together"
+    } else {
+        ""
+    };
     format!(
-        "<h2>Pairs of effects</h2>\n<p class=\"quiet\">Posterior probability that both are missing, given a \
+        "<h2>Pairs of effects{three}</h2>\n<p class=\"quiet\">Posterior probability that all of them are missing, given a \
          gap.</p>\n\
-         <table><thead><tr><th>Pair</th><th class=\"n\">Probability</th><th class=\"n\">Gap closed</th></tr></thead>\
+         <table><thead><tr><th>Effects</th><th class=\"n\">Probability</th><th class=\"n\">Gap closed</th></tr></thead>\
          <tbody>\n{rows}</tbody></table>\n{}",
         omitted(d.pairs.len(), MOST_PAIRS, "pairs")
     )

@@ -35,12 +35,7 @@ pub(super) fn verdict(d: &Diagnosis) -> String {
             remainder(d)
         ),
         Verdict::Ambiguous => {
-            let rivals = d.equivalents.first().unwrap_or(&d.added);
-            let rivals = list(&titles(rivals), "or");
-            let first = format!(
-                "{}: these observations cannot tell which.",
-                sentence(&rivals)
-            );
+            let first = rivals(d);
             if added.is_empty() {
                 return first;
             }
@@ -60,6 +55,35 @@ pub(super) fn verdict(d: &Diagnosis) -> String {
             gap(d.gap.after)
         ),
     }
+}
+
+/// Probability from which on an effect of an ambiguous answer is certain: it is in all that are likely.
+const CERTAIN: f64 = 0.9;
+
+/// Returns the causes of an ambiguous verdict, without those that every likely answer names.
+fn rivals(d: &Diagnosis) -> String {
+    let named = d.equivalents.first().unwrap_or(&d.added);
+    let (certain, open): (Vec<&str>, Vec<&str>) =
+        named.iter().partition(|id| in_answers(d, id) >= CERTAIN);
+    if certain.is_empty() || open.len() < 2 {
+        let all = list(&titles(named), "or");
+        return format!("{}: these observations cannot tell which.", sentence(&all));
+    }
+    format!(
+        "{}, and either {}: these observations cannot tell which of the latter.",
+        sentence(&list(&titles(&certain), "and")),
+        list(&titles(&open), "or")
+    )
+}
+
+/// Returns the probability of all answers that name the effect `id`, alone or with others.
+fn in_answers(d: &Diagnosis, id: &str) -> f64 {
+    let own = d.causes.iter().find(|cause| cause.effect == id);
+    let own = own.map_or(0.0, |cause| cause.probability);
+    // A cause has only its part of the probability of those together.
+    let together = d.pairs.iter().filter(|pair| pair.effects.contains(&id));
+    let rest = together.map(|pair| pair.probability * (1.0 - 1.0 / pair.effects.len() as f64));
+    own + rest.sum::<f64>()
 }
 
 /// Returns the interval of the closed share and the place of the gap, or the parts of a gap below the limit.
@@ -126,4 +150,45 @@ fn remainder(d: &Diagnosis) -> String {
 
 fn titles(ids: &[&str]) -> Vec<String> {
     ids.iter().map(|id| title(id).to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::samples::diagnosis;
+    use seidel_core::calibrate::diagnose::Pair;
+
+    #[test]
+    fn an_effect_in_every_likely_answer_is_certain() {
+        let mut d = diagnosis(Verdict::Ambiguous);
+        let pair = |effects: [&'static str; 2], probability| Pair {
+            effects: effects.to_vec(),
+            probability,
+            gap_closed: 0.98,
+        };
+        d.pairs = vec![
+            pair(["decentre", "vignetting"], 0.58),
+            pair(["decentre", "diffraction"], 0.4),
+        ];
+        let mut cause = d.causes[0].clone();
+        d.causes = [
+            ("decentre", 0.49),
+            ("vignetting", 0.29),
+            ("diffraction", 0.2),
+        ]
+        .map(|(effect, probability)| {
+            (cause.effect, cause.probability) = (effect, probability);
+            cause.clone()
+        })
+        .to_vec();
+        d.equivalents = vec![vec!["decentre", "vignetting", "diffraction"]];
+        let text = verdict(&d);
+        let start = "A decentred element, and either vignetting or diffraction: these observations cannot tell which of the latter.";
+        assert!(text.starts_with(start), "{text}");
+        d.pairs[1].probability = 0.1;
+        assert!(
+            !verdict(&d).contains("either"),
+            "not in every likely answer"
+        );
+    }
 }

@@ -125,6 +125,8 @@ impl Captures {
             holdout: Capture {
                 label: L::FIRST_LABEL + label::HOLDOUT,
                 snr: Some(HOLDOUT_SNR),
+                // Without them shifts between channels would not be seen.
+                ideal_positions: true,
                 ..real
             },
         }

@@ -272,6 +272,8 @@ fn every_cause_gives_valid_sets_with_a_gap_in_range() {
         assert_eq!(case.real.distances().len(), conditions.distances);
         let real = &case.real.observations[0];
         assert_eq!(real.ideal.is_some(), conditions.ideal_positions, "{kind:?}");
+        let held_out = &case.holdout.observations;
+        assert!(held_out.iter().all(|o| o.ideal.is_some()), "{kind:?}");
         assert_eq!(
             real.noise_sigma[0].is_some(),
             conditions.noise_stated,

@@ -1,6 +1,7 @@
 //! `--self-test`: draws sealed cases, diagnoses them blind, opens their answers and scores the diagnoses.
 
 mod aims;
+mod holdout;
 mod json;
 mod results;
 mod runner;

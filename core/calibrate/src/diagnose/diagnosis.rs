@@ -38,7 +38,7 @@ pub struct Diagnosis {
     pub next_capture_id: Capture,
     /// Posterior probability that nothing is missing; those of `causes` are conditional on a gap.
     pub no_gap_probability: f64,
-    /// Pairs of effects tried, best first.
+    /// Pairs of effects tried, and three effects together where they were, best first.
     pub pairs: Vec<Pair>,
     /// The part of the PSFs in which the gap lies.
     pub shape: Shape,
@@ -213,12 +213,12 @@ impl Value {
     }
 }
 
-/// Two effects tried together.
+/// Two or three effects tried together.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Pair {
-    /// Identifiers of the two effects.
-    pub effects: [&'static str; 2],
-    /// Posterior probability that both are missing, given a gap.
+    /// Identifiers of the effects.
+    pub effects: Vec<&'static str>,
+    /// Posterior probability that these are missing, given a gap.
     pub probability: f64,
     /// Share of the gap that they close together on held-out zones.
     pub gap_closed: f64,

@@ -26,7 +26,7 @@ pub(super) fn explainable(tiles: &[&TileData], nothing: &Hypothesis) -> f64 {
         .map_init(
             || (TilePredictor::default(), Vec::new()),
             |(predictor, picture), tile| {
-                predictor.predict(nothing, &[], tile, Detail::COARSE, picture);
+                predictor.predict(nothing, &[], *tile, Detail::COARSE, picture);
                 tile.residual(picture)
             },
         )

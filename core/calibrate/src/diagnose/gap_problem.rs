@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Slot};
-use super::prediction::{Linearisation, ParameterStep, TilePredictor};
-use super::shift_basis::{PredictedTile, ShiftBasis};
+use super::prediction::{Linearisation, ParameterStep, PlacedTile, TilePredictor};
+use super::shift_basis::{PredictedTile, ShiftBasis, least_squares_shifts};
 use super::tiles::{FOLDS, TileData};
 use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use seidel_optics::psf::pupil::Detail;
@@ -21,6 +21,11 @@ const RIDGE: f64 = 1e-9;
 const ROUNDING_RIDGE: f64 = 1e-14;
 /// Lower bound of the cost in the ridge.
 const MIN_RIDGE_COST: f64 = 1e-12;
+/// Most moves of the tiles of an observation by their unknown shift, the size of one, px, and the shift that the projection alone
+/// describes, px. Drafts leave tiles where they are: the best effect has placed them.
+const MAX_MOVES: usize = 3;
+const MAX_MOVE_PX: f64 = 0.5;
+const SMALL_SHIFT_PX: f64 = 0.03;
 const DAMPING: Damping = Damping {
     increase: 8.0,
     least: 1e-7,
@@ -94,6 +99,8 @@ impl NormalSums {
 #[derive(Debug, Clone)]
 pub(super) struct FoldSums {
     pub(super) folds: Vec<NormalSums>,
+    /// Gap of every tile.
+    pub(super) gaps: Vec<f64>,
 }
 
 impl FoldSums {
@@ -140,11 +147,9 @@ impl<'a> GapProblem<'a> {
             .observations()
             .par_iter()
             .map_init(TilePredictor::default, |predictor, tiles| {
-                let pictures = self.pictures(predictor, tiles, &by_channel);
+                let (_, pictures) = self.align(predictor, tiles, &by_channel);
                 let stack = Stack::new(tiles, &pictures);
-                let residual = stack.residual();
-                let energies = stack.split(&residual).map(energy);
-                energies.zip(*tiles).map(|(e, t)| e / weight(t)).collect()
+                stack.gaps(&stack.residual())
             })
             .collect();
         gaps.concat()
@@ -160,16 +165,59 @@ impl<'a> GapProblem<'a> {
     fn pictures(
         &self,
         predictor: &mut TilePredictor,
-        tiles: &[&TileData],
+        tiles: &[PlacedTile],
         by_channel: &[Vec<Vec<f64>>],
     ) -> Vec<Vec<f64>> {
-        let predict = |tile: &&TileData| {
+        let predict = |placed: &PlacedTile| {
             let mut picture = Vec::new();
-            let values = &by_channel[tile.of_lens];
-            predictor.predict(self.hypothesis, values, tile, self.detail, &mut picture);
+            let values = &by_channel[placed.tile.of_lens];
+            predictor.predict(self.hypothesis, values, *placed, self.detail, &mut picture);
             picture
         };
         tiles.iter().map(predict).collect()
+    }
+
+    /// Returns the shifts of the tiles of an observation that are too large for the projection alone; `None` where there are none.
+    fn moves(&self, stack: &Stack) -> Option<Vec<[f64; 2]>> {
+        if self.detail == Detail::DRAFT {
+            return None;
+        }
+        let shifts = least_squares_shifts(&stack.tiles)?;
+        let is_large = shifts.iter().any(|[x, y]| x.hypot(*y) > SMALL_SHIFT_PX);
+        is_large.then_some(shifts)
+    }
+
+    /// Returns the `tiles` of one observation with their predictions, moved by their unknown shifts to where they agree best with
+    /// the pixels (Gauss-Newton). The projection of residuals alone would not do: it is linear in the shift, and a PSF as narrow
+    /// as a pixel is not.
+    fn align<'t>(
+        &self,
+        predictor: &mut TilePredictor,
+        tiles: &[&'t TileData],
+        by_channel: &[Vec<Vec<f64>>],
+    ) -> (Vec<PlacedTile<'t>>, Vec<Vec<f64>>) {
+        let mut placed: Vec<PlacedTile> = tiles.iter().map(|t| PlacedTile::from(*t)).collect();
+        let mut pictures = self.pictures(predictor, &placed, by_channel);
+        let mut left = None;
+        for _ in 0..MAX_MOVES {
+            let stack = Stack::new(tiles, &pictures);
+            let Some(shifts) = self.moves(&stack) else {
+                break;
+            };
+            let before = *left.get_or_insert_with(|| energy(&stack.residual()));
+            let mut moved = placed.clone();
+            for (tile, [x, y]) in moved.iter_mut().zip(shifts) {
+                let part = (MAX_MOVE_PX / x.hypot(y)).min(1.0);
+                tile.offset = [tile.offset[0] + part * x, tile.offset[1] + part * y];
+            }
+            let there = self.pictures(predictor, &moved, by_channel);
+            let after = energy(&Stack::new(tiles, &there).residual());
+            if after >= before {
+                break;
+            }
+            (placed, pictures, left) = (moved, there, Some(after));
+        }
+        (placed, pictures)
     }
 
     /// Returns the weighted sum of gaps at `theta`.
@@ -201,23 +249,32 @@ impl<'a> GapProblem<'a> {
                 (h, self.by_channel(&there))
             })
             .collect();
-        let sums: Vec<NormalSums> = self
+        let sums: Vec<(NormalSums, Vec<f64>)> = self
             .observations()
             .par_iter()
             .map_init(TilePredictor::default, |predictor, tiles| {
-                let linearised: Vec<Linearisation> = (tiles.iter())
-                    .map(|tile| {
+                let linearise = |predictor: &mut TilePredictor, placed: &[PlacedTile]| {
+                    let each = placed.iter().map(|placed| {
+                        let of_lens = placed.tile.of_lens;
                         let steps: Vec<ParameterStep> = (stepped.iter().enumerate())
-                            .filter(|(k, _)| self.hypothesis.concerns(*k, tile.of_lens))
+                            .filter(|(k, _)| self.hypothesis.concerns(*k, of_lens))
                             .map(|(_, (size, values))| ParameterStep {
                                 size: *size,
-                                values: &values[tile.of_lens],
+                                values: &values[of_lens],
                             })
                             .collect();
-                        let values = &here[tile.of_lens];
-                        predictor.linearise(self.hypothesis, values, &steps, tile, self.detail)
-                    })
-                    .collect();
+                        let values = &here[of_lens];
+                        predictor.linearise(self.hypothesis, values, &steps, *placed, self.detail)
+                    });
+                    each.collect::<Vec<Linearisation>>()
+                };
+                let placed: Vec<PlacedTile> = tiles.iter().map(|t| (*t).into()).collect();
+                let mut linearised = linearise(predictor, &placed);
+                let pictures: Vec<&[f64]> = linearised.iter().map(|l| &l.picture[..]).collect();
+                if self.moves(&Stack::new(tiles, &pictures)).is_some() {
+                    let (placed, _) = self.align(predictor, tiles, &here);
+                    linearised = linearise(predictor, &placed);
+                }
                 let (pictures, mut rates): (Vec<_>, Vec<_>) = (linearised.into_iter())
                     .map(|l| (l.picture, l.rates.into_iter()))
                     .unzip();
@@ -247,23 +304,29 @@ impl<'a> GapProblem<'a> {
                     }
                 }
                 let right = DVector::from_fn(n, |i, _| dot(&columns[i], &residual));
-                NormalSums {
+                let gaps = stack.gaps(&residual);
+                let sums = NormalSums {
                     scores: &right * right.transpose(),
                     cost: energy(&residual),
                     matrix,
                     right,
-                }
+                };
+                (sums, gaps)
             })
             .collect();
         let mut folds = vec![NormalSums::zero(slots.len()); FOLDS];
-        for (sums, tiles) in sums.iter().zip(self.observations()) {
+        for ((sums, _), tiles) in sums.iter().zip(self.observations()) {
             let total = &mut folds[tiles[0].fold];
             total.matrix += &sums.matrix;
             total.right += &sums.right;
             total.cost += sums.cost;
             total.scores += &sums.scores;
         }
-        FoldSums { folds }
+        let gaps: Vec<Vec<f64>> = sums.into_iter().map(|(_, gaps)| gaps).collect();
+        FoldSums {
+            folds,
+            gaps: gaps.concat(),
+        }
     }
 
     /// Minimises the cost from `from` by Levenberg-Marquardt for at most `max_iterations`, until a step lowers
@@ -359,13 +422,13 @@ struct Stack<'a> {
 }
 
 impl<'a> Stack<'a> {
-    fn new(tiles: &[&'a TileData], pictures: &'a [Vec<f64>]) -> Self {
+    fn new<P: AsRef<[f64]>>(tiles: &[&'a TileData], pictures: &'a [P]) -> Self {
         let predicted = tiles
             .iter()
             .zip(pictures)
             .map(|(tile, picture)| PredictedTile {
                 tile,
-                prediction: picture,
+                prediction: picture.as_ref(),
                 scale: (weight(tile) / tile.norm).sqrt(),
             });
         let tiles: Vec<PredictedTile> = predicted.collect();
@@ -397,6 +460,12 @@ impl<'a> Stack<'a> {
         let mut stacked = parts.collect::<Vec<_>>().concat();
         self.shifts.remove_from(&mut stacked);
         stacked
+    }
+
+    /// Returns the gap of each tile.
+    fn gaps(&self, residual: &[f64]) -> Vec<f64> {
+        let energies = self.split(residual).map(energy).zip(&self.tiles);
+        energies.map(|(e, t)| e / weight(t.tile)).collect()
     }
 
     /// Returns the parts of `stacked` that belong to each tile.

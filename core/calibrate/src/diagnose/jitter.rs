@@ -56,10 +56,16 @@ pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
 }
 
 /// Moves every observation that is placed by the centroid of its reference channel, and every tile that is placed by its own, to where
-/// `nothing`, the lens as given, agrees best with its pixels. Centroids of PSFs in focus are far off.
-pub(super) fn place_by_pixels(nothing: &Hypothesis, tiles: &mut [TileData]) {
+/// `hypothesis` at `theta` agrees best with its pixels. Centroids of PSFs in focus are far off.
+pub(super) fn place_by_pixels(hypothesis: &Hypothesis, theta: &[f64], tiles: &mut [TileData]) {
+    if tiles
+        .iter()
+        .all(|t| matches!(t.registration, Registration::Ideal))
+    {
+        return;
+    }
     shifted(tiles, MAX_CENTROID_ERROR_PX, |tiles| {
-        let shifts = shifts(nothing, &[], tiles).into_iter();
+        let shifts = shifts(hypothesis, theta, tiles).into_iter();
         shifts.filter(|s| !is_stated(s.0, tiles)).collect()
     });
 }

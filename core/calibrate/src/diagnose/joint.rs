@@ -2,8 +2,8 @@
 
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Result;
-use seidel_optics::psf::pupil::Detail;
 
+use super::joint_search::{PARTNERS, Partner};
 use super::posterior::contained_in;
 use super::search::{Candidate, Draft, HypothesisSearch};
 use super::verdict::GapStatistics;
@@ -32,8 +32,8 @@ pub(super) fn combinations(
     for (i, one) in singles[..first].iter().enumerate() {
         progress(i as f64 / (first + 1) as f64)?;
         let others: Vec<&Candidate> = singles.iter().skip(i + 1).collect();
-        for other in with_contained(search.promising(one, &others), &others) {
-            drafts.push(search.joint_draft(one, other));
+        for partner in promising(search.ranked_partners(one, &others)) {
+            drafts.push(search.joint_draft(one, partner));
         }
     }
     drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -54,8 +54,9 @@ pub(super) fn combinations(
         let others: Vec<&Candidate> = (singles.iter())
             .filter(|s| !ids.contains(&s.hypothesis.ids()[0]))
             .collect();
-        let partners = search.promising(pair, &others).into_iter();
-        let triples = partners.map(|other| search.joint_draft(pair, other));
+        let partners = search.ranked_partners(pair, &others).into_iter();
+        let triples = partners.take(PARTNERS);
+        let triples = triples.map(|partner| search.joint_draft(pair, partner));
         if let Some(best) = triples.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
             found.push(search.refined(search.completed(best)));
             found.sort_by(by_gap);
@@ -70,19 +71,23 @@ pub(super) fn combinations(
     Ok(found)
 }
 
-/// Returns `chosen` with those of `others` that an effect of `chosen` contains: the simpler one may do as well, and is likelier then.
-fn with_contained<'c>(chosen: Vec<&'c Candidate>, others: &[&'c Candidate]) -> Vec<&'c Candidate> {
-    let id = |c: &Candidate| c.hypothesis.ids()[0];
-    let mut all = chosen;
-    for k in 0..all.len() {
-        for simpler in contained_in(id(all[k])) {
-            let own = others.iter().find(|other| id(other) == simpler);
-            if let Some(other) = own.filter(|_| all.iter().all(|c| id(c) != simpler)) {
-                all.push(other);
-            }
+/// Returns the first of `ranked` and those that one of them contains: the simpler effect may do as well, and is likelier then.
+fn promising(ranked: Vec<Partner>) -> Vec<Partner> {
+    let mut chosen: Vec<Partner> = Vec::new();
+    let mut rest = Vec::new();
+    for partner in ranked {
+        if chosen.len() < PARTNERS {
+            chosen.push(partner);
+        } else {
+            rest.push(partner);
         }
     }
-    all
+    let simpler: Vec<&str> = (chosen.iter())
+        .flat_map(|partner| contained_in(partner.alone.hypothesis.ids()[0]))
+        .collect();
+    let added = rest.into_iter();
+    chosen.extend(added.filter(|p| simpler.contains(&p.alone.hypothesis.ids()[0])));
+    chosen
 }
 
 /// Mean gaps of one channel at one distance.
@@ -101,10 +106,9 @@ fn makes_worse(
     joint: &Candidate,
     limit: f64,
 ) -> bool {
-    let gaps = |c: &Candidate| search.problem(&c.hypothesis, Detail::COARSE).gaps(&c.theta);
+    let (of_single, of_joint) = (search.gaps_left(single), search.gaps_left(joint));
     let mut groups: Vec<GroupGaps> = Vec::new();
-    for (tile, (before, after)) in (search.many().iter()).zip(gaps(single).iter().zip(gaps(joint)))
-    {
+    for (tile, (before, after)) in (search.many().iter()).zip(of_single.iter().zip(of_joint)) {
         let same = |g: &GroupGaps| g.channel == tile.of_lens && g.distance == tile.distance;
         let index = groups.iter().position(same).unwrap_or_else(|| {
             groups.push(GroupGaps {

@@ -19,8 +19,10 @@ mod gap_problem;
 mod hypothesis;
 mod jitter;
 mod joint;
+mod joint_search;
 mod model_share;
 mod next_capture;
+mod one_distance;
 mod pair;
 mod places;
 mod posterior;
@@ -93,7 +95,7 @@ pub fn diagnose(
     let names = channels.iter().map(|c| c.name.as_str());
     let reference = reference_channel(&lens.camera, names);
     let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
-    jitter::place_by_pixels(&nothing, &mut tiles.tiles);
+    jitter::place_by_pixels(&nothing, &[], &mut tiles.tiles);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
     let coverage = Coverage::of(&first);
@@ -119,6 +121,8 @@ pub fn diagnose(
     let mut singles = search.singles(drafts);
     let mut jitter_px = 0.0;
     if let Some(best) = singles.first() {
+        // Where most of the hypotheses that remain agree with the pixels, so that few tiles move with each.
+        jitter::place_by_pixels(&best.hypothesis, &best.theta, &mut tiles.tiles);
         jitter_px = jitter::remove(best, &mut tiles.tiles);
         if jitter_px > MIN_REPORTED_JITTER_PX {
             tiles.remarks.push(format!(
@@ -141,10 +145,13 @@ pub fn diagnose(
         }
     });
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
+    one_distance::score_wrong_distances(&search, &mut singles);
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let statistics = verdict::GapStatistics::new(model.own_gap, &search, &singles);
     let joint = if settings.pairs && statistics.wants_pairs() {
-        joint::combinations(&search, &statistics, &singles, |share| {
+        let acting = singles.iter().filter(|single| single.acts_as.is_none());
+        let acting: Vec<Candidate> = acting.cloned().collect();
+        joint::combinations(&search, &statistics, &acting, |share| {
             step(progress, (tried.len() as f64 + 3.0 * share) / steps)
         })?
     } else {

@@ -7,6 +7,23 @@ use seidel_optics::lens::{LocalPupil, Transmission, Wavefront};
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 use seidel_optics::sensor::Tone;
 
+/// A tile with an offset of its PSF.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlacedTile<'a> {
+    pub(super) tile: &'a TileData,
+    /// Offset beyond that by the hypothesis, px.
+    pub(super) offset: [f64; 2],
+}
+
+impl<'a> From<&'a TileData> for PlacedTile<'a> {
+    fn from(tile: &'a TileData) -> Self {
+        Self {
+            tile,
+            offset: [0.0; 2],
+        }
+    }
+}
+
 /// Predicts tiles; holds the working memory of one thread.
 #[derive(Default)]
 pub(super) struct TilePredictor {
@@ -22,9 +39,10 @@ struct PlacedPupil {
 }
 
 impl PlacedPupil {
-    fn new(hypothesis: &Hypothesis, values: &[Vec<f64>], tile: &TileData) -> Self {
+    fn new(hypothesis: &Hypothesis, values: &[Vec<f64>], placed: PlacedTile) -> Self {
+        let tile = placed.tile;
         let (pupil, moved) = hypothesis.act(values, tile);
-        let shift = match &tile.registration {
+        let [x, y] = match &tile.registration {
             Registration::Ideal => moved,
             Registration::Reference(reference) => {
                 let common = hypothesis.reference_shift(values, reference);
@@ -32,7 +50,10 @@ impl PlacedPupil {
             }
             Registration::Centroid => pupil.centroid().map(|c| -c),
         };
-        Self { pupil, shift }
+        Self {
+            pupil,
+            shift: [x + placed.offset[0], y + placed.offset[1]],
+        }
     }
 
     fn grid(&self, tile: &TileData) -> TileGrid {
@@ -107,33 +128,36 @@ pub(super) struct Linearisation {
 }
 
 impl TilePredictor {
-    /// Predicts `tile` for effects at `values`, with unit sum over the valid pixels.
-    pub(super) fn predict(
+    /// Predicts the tile `at` its offset for effects at `values`, with unit sum over the valid pixels.
+    pub(super) fn predict<'a>(
         &mut self,
         hypothesis: &Hypothesis,
         values: &[Vec<f64>],
-        tile: &TileData,
+        at: impl Into<PlacedTile<'a>>,
         detail: Detail,
         out: &mut Vec<f64>,
     ) {
-        let placed = PlacedPupil::new(hypothesis, values, tile);
+        let at = at.into();
+        let tile = at.tile;
+        let placed = PlacedPupil::new(hypothesis, values, at);
         self.draw(&placed, &[], tile, detail);
         *out = Recording::new(&self.drawn.light, placed.pupil.sensor.tone, tile).picture(tile);
     }
 
-    /// Predicts `tile` with its derivatives by the parameters of `steps`: those of the rays where they exist, one-sided
+    /// Predicts the tile `at` its offset with its derivatives by the parameters of `steps`: those of the rays where they exist, one-sided
     /// differences otherwise.
     pub(super) fn linearise(
         &mut self,
         hypothesis: &Hypothesis,
         values: &[Vec<f64>],
         steps: &[ParameterStep],
-        tile: &TileData,
+        at: PlacedTile,
         detail: Detail,
     ) -> Linearisation {
-        let here = PlacedPupil::new(hypothesis, values, tile);
+        let tile = at.tile;
+        let here = PlacedPupil::new(hypothesis, values, at);
         let there: Vec<PlacedPupil> = (steps.iter())
-            .map(|step| PlacedPupil::new(hypothesis, step.values, tile))
+            .map(|step| PlacedPupil::new(hypothesis, step.values, at))
             .collect();
         let changes: Vec<Change> = (there.iter().zip(steps))
             .map(|(there, step)| here.change(there, step.size))

@@ -4,13 +4,14 @@ use super::amounts::amount;
 use super::cause_words::title;
 use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap, Value};
 use super::explainable;
-use super::gap_problem::GapProblem;
+use super::gap_problem::{GapProblem, damped_update};
 use super::hypothesis::Hypothesis;
+use super::jitter;
 use super::model_share::ModelShare;
 use super::next_capture::{self, Situation};
 use super::places;
 use super::prediction::TilePredictor;
-use super::search::{Candidate, HypothesisSearch, standard_errors};
+use super::search::{Candidate, HypothesisSearch, LEFT_OUT_DAMPING, standard_errors};
 use super::shape;
 use super::tiles::{FOLDS, TileData, TileSet};
 use super::verdict::{Decision, GapStatistics};
@@ -84,7 +85,16 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
             noise: tile.noise,
         })
         .collect();
-    let left_shape = shape::shape(&tiles, shown.0, shown.1);
+    // Without ideal positions, each lens is shown where it agrees best with the pixels.
+    let placed = |hypothesis: &Hypothesis, theta: &[f64]| {
+        let mut placed = found.tiles.tiles.clone();
+        jitter::place_by_pixels(hypothesis, theta, &mut placed);
+        placed
+    };
+    let (of_given, of_shown) = (placed(&nothing, &[]), placed(shown.0, shown.1));
+    let given: Vec<&TileData> = of_given.iter().collect();
+    let placed: Vec<&TileData> = of_shown.iter().collect();
+    let left_shape = shape::shape(&placed, shown.0, shown.1);
     let limit = found.statistics.detection_limit();
     let (residual, places_left) = if gap.after > limit {
         let places = places::places(&tiles, &last.after, found.channels, found.statistics.misfit);
@@ -114,8 +124,8 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         pairs: pairs(&found),
         equivalents: decision.equivalents.clone(),
         places: places::places(&tiles, &before, found.channels, found.statistics.misfit),
-        shape: shape::shape(&tiles, &nothing, &[]),
-        explainable: explainable::explainable(&tiles, &nothing),
+        shape: shape::shape(&given, &nothing, &[]),
+        explainable: explainable::explainable(&given, &nothing),
         shares: shares(&gap, found.model.own_gap),
         detection_limit: limit,
         model: found.model.clone(),
@@ -123,7 +133,7 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         places_left,
         remarks: [remarks(&found), worsened(&found, &tile_gaps)].concat(),
         corrected,
-        examples: examples(&tiles, &before, (&nothing, &[]), shown),
+        examples: examples(&given, &placed, &before, (&nothing, &[]), shown),
         tiles: tile_gaps,
     })
 }
@@ -141,7 +151,8 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
     let hypothesis = added.hypothesis.clone();
     let whole = GapProblem::new(&hypothesis, tiles, Detail::FIT);
     let theta = whole.descend(&added.theta, 3, 1e-3).theta;
-    let sigma = standard_errors(&whole.linear(&theta));
+    let linear = whole.linear(&theta);
+    let sigma = standard_errors(&linear);
     let mut after = before.to_vec();
     for fold in 0..FOLDS {
         let others: Vec<&TileData> = tiles.iter().filter(|t| t.fold != fold).copied().collect();
@@ -149,9 +160,15 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
         if others.is_empty() || own.is_empty() {
             continue;
         }
-        let there = GapProblem::new(&hypothesis, &others, Detail::FIT)
-            .descend(&theta, 1, 1e-2)
-            .theta;
+        let of_others = GapProblem::new(&hypothesis, &others, Detail::FIT);
+        let sums = linear.total(Some(fold));
+        let cost = sums.cost;
+        let stepped = damped_update(sums, &theta, &hypothesis.slots, LEFT_OUT_DAMPING);
+        let there = if of_others.gap_sum(&stepped) <= cost {
+            stepped
+        } else {
+            of_others.descend(&theta, 1, 1e-2).theta
+        };
         let mut gaps = GapProblem::new(&hypothesis, &own, Detail::FULL)
             .gaps(&there)
             .into_iter();
@@ -226,9 +243,6 @@ fn closed(tiles: &[&TileData], before: &[f64], after: &[f64]) -> (f64, [f64; 2])
 
 fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
     let statistics = found.statistics;
-    let many = found.search.many();
-    let base = found.search.nothing();
-    let base = GapProblem::new(&base, many, Detail::COARSE).gaps(&[]);
     let share = |after: f64| {
         if statistics.before > 0.0 {
             (1.0 - after / statistics.before).clamp(-1.0, 1.0)
@@ -252,6 +266,9 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                     id,
                     found.channels,
                 )
+            } else if single.acts_as.is_some() {
+                // They stand where the search began.
+                Vec::new()
             } else {
                 let sigma = single.sigma();
                 values(
@@ -262,10 +279,9 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                     found.channels,
                 )
             };
-            let gaps =
-                GapProblem::new(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
             let gap_closed = share(single.after);
-            let (_, [low, high]) = closed(many, &base, &gaps);
+            let part = found.search.part(single.scored_on);
+            let (_, [low, high]) = closed(&part.tiles, &part.gaps, &single.linear.gaps);
             let half = (high - low) / 2.0;
             Cause {
                 effect: id,
@@ -340,14 +356,10 @@ fn pairs(found: &Findings) -> Vec<Pair> {
     let before = found.statistics.before;
     let pairs = found.joint.iter().zip(&found.decision.joint);
     pairs
-        .filter(|(joint, _)| joint.hypothesis.parts.len() == 2)
-        .map(|(pair, probability)| {
-            let ids = pair.hypothesis.ids();
-            Pair {
-                effects: [ids[0], ids[1]],
-                probability: *probability,
-                gap_closed: 1.0 - pair.after / before,
-            }
+        .map(|(joint, probability)| Pair {
+            effects: joint.hypothesis.ids(),
+            probability: *probability,
+            gap_closed: 1.0 - joint.after / before,
         })
         .collect()
 }
@@ -412,7 +424,7 @@ fn remarks(found: &Findings) -> Vec<String> {
     distances.dedup();
     if distances.len() == 1 {
         remarks.push(format!(
-            "all PSFs are at one distance, where {} and {} look alike",
+            "all PSFs are at one distance, where {} and {} look alike unless the size of the image changes",
             title("defocus_offset"),
             title("depth_scale")
         ));
@@ -423,9 +435,11 @@ fn remarks(found: &Findings) -> Vec<String> {
     remarks
 }
 
-/// The worst gaps and some of the middle, no two of one observation.
+/// The worst gaps and some of the middle, no two of one observation. `tiles` are placed for the lens `base`, `placed` for
+/// `corrected`.
 fn examples(
     tiles: &[&TileData],
+    placed: &[&TileData],
     before: &[f64],
     base: (&Hypothesis, &[f64]),
     corrected: (&Hypothesis, &[f64]),
@@ -460,7 +474,7 @@ fn examples(
                 tile: k,
                 observed: tile(data, &data.light)?,
                 predicted: draw(base, data)?,
-                corrected: draw(corrected, data)?,
+                corrected: draw(corrected, placed[k])?,
             })
         })
         .collect()

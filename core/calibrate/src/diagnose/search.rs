@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::centroid_start;
 use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weight};
-use super::hypothesis::{Hypothesis, Slot};
+use super::hypothesis::Hypothesis;
 use super::subsample::{MIN_EXCESS, Subsample, noise_sum};
 use super::tiles::TileData;
 use seidel_optics::effects::{Effect, SearchStart};
@@ -19,12 +19,33 @@ pub(super) struct Candidate {
     pub(super) after: f64,
     /// Normal sums at the estimate.
     pub(super) linear: FoldSums,
+    /// Tiles of the score and of `linear`.
+    pub(super) scored_on: Part,
+    /// Effect that does the same in these observations, where this one does not act on the lens.
+    pub(super) acts_as: Option<&'static str>,
+}
+
+/// A part of the tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// The tiles for comparing starting points.
+    Screening,
+    /// Those for first searches.
+    Few,
+    /// Those for comparing hypotheses.
+    Many,
 }
 
 impl Candidate {
     /// Returns the number of free parameters.
     pub(super) fn freedom(&self) -> usize {
         self.hypothesis.slots.len()
+    }
+
+    /// Returns whether a parameter changes the pictures.
+    pub(super) fn acts(&self) -> bool {
+        let matrix = self.linear.total(None).matrix;
+        matrix.diagonal().iter().any(|influence| *influence > 0.0)
     }
 
     /// Returns the standard errors by the sandwich covariance over tiles.
@@ -77,15 +98,15 @@ impl Outline {
 /// Search over hypotheses on subsamples of the tiles.
 pub(super) struct HypothesisSearch<'a> {
     /// Tiles for comparing starting points.
-    screening: Subsample<'a>,
+    pub(super) screening: Subsample<'a>,
     /// Tiles for first searches.
     few: Subsample<'a>,
     /// Tiles for refined searches and comparisons.
     many: Subsample<'a>,
-    channels: usize,
-    reference: usize,
+    pub(super) channels: usize,
+    pub(super) reference: usize,
     /// Whether PSFs lie far from their predicted positions.
-    displaced: bool,
+    pub(super) displaced: bool,
 }
 
 /// Numbers of tiles for comparing starting points, for first searches, and for comparing hypotheses.
@@ -105,32 +126,23 @@ const MAX_COMPLETED: usize = 7;
 const MOST_TIMES: f64 = 2.0;
 /// Lower bound of gaps that are compared, in standard errors by noise.
 const RESOLVED_SIGMAS: f64 = 2.0;
-/// Partners per effect that are searched in full.
-const PARTNERS: usize = 2;
-/// Starting points of its own for an effect that joins others: while partners are compared, and for the partner chosen.
-const PARTNER_STARTS: usize = 3;
-const JOINT_STARTS: usize = 6;
-/// Influence of a parameter on the pictures by its own step, relative to the cost, below which it does not act. Damping of the
-/// step to the linear prediction.
-const LEAST_INFLUENCE: f64 = 1e-6;
-const PARTNER_DAMPING: f64 = 1e-3;
 /// Starting points that are refined: this many, at most so many with the same free parameters, if their cost is at most this
 /// ratio of the best.
-const REFINED_STARTS: usize = 3;
+pub(super) const REFINED_STARTS: usize = 3;
 const STARTS_OF_A_KIND: usize = 2;
 const START_RATIO: f64 = 1.5;
 /// Relative decreases of the cost at which first and later searches stop.
 const COARSE_TOLERANCE: f64 = 0.01;
-const TOLERANCE: f64 = 1e-3;
+pub(super) const TOLERANCE: f64 = 1e-3;
 /// Damping of the step that the other folds ask for.
-const LEFT_OUT_DAMPING: f64 = 1e-6;
+pub(super) const LEFT_OUT_DAMPING: f64 = 1e-6;
 /// Positions tried along the line from the neutral values (0) to the starting point (1).
 const STEP_LENGTHS: [f64; 5] = [1.0, 0.3, 0.1, -0.1, -0.3];
 /// The same for an effect that joins others, of which its separate estimate gives the scale.
 const JOINT_STEP_LENGTHS: [f64; 3] = [1.0, 0.3, -0.3];
 
 /// Positions tried when starting points are compared.
-struct Strides {
+pub(super) struct Strides {
     lengths: &'static [f64],
     /// Effects that keep their values meanwhile.
     settled: Vec<&'static str>,
@@ -144,7 +156,7 @@ impl Strides {
         }
     }
 
-    fn of_second(one: &Candidate) -> Self {
+    pub(super) fn of_second(one: &Candidate) -> Self {
         Self {
             lengths: &JOINT_STEP_LENGTHS,
             settled: one.hypothesis.ids(),
@@ -174,6 +186,29 @@ impl<'a> HypothesisSearch<'a> {
     /// Returns the tiles on which hypotheses are compared.
     pub(super) fn many(&self) -> &[&'a TileData] {
         &self.many.tiles
+    }
+
+    /// Returns the gap of the given lens in each of them.
+    pub(super) fn gaps_before(&self) -> &[f64] {
+        &self.many.gaps
+    }
+
+    /// Returns the tiles of `part`.
+    pub(super) fn part(&self, part: Part) -> &Subsample<'a> {
+        match part {
+            Part::Screening => &self.screening,
+            Part::Few => &self.few,
+            Part::Many => &self.many,
+        }
+    }
+
+    /// Returns the gap that `candidate` leaves in each of the comparison tiles.
+    pub(super) fn gaps_left(&self, candidate: &Candidate) -> Vec<f64> {
+        if candidate.scored_on == Part::Many {
+            return candidate.linear.gaps.clone();
+        }
+        let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
+        problem.gaps(&candidate.theta)
     }
 
     /// Returns the problem of `hypothesis` on the comparison tiles.
@@ -268,7 +303,7 @@ impl<'a> HypothesisSearch<'a> {
                 self.scored(
                     draft.hypothesis,
                     draft.theta,
-                    &self.screening,
+                    Part::Screening,
                     Scoring::Draft,
                 )
             } else {
@@ -280,139 +315,15 @@ impl<'a> HypothesisSearch<'a> {
         singles
     }
 
-    /// Estimates the parameters of the effects of `one` and of the single effect of `other` jointly, starting from their
-    /// separate estimates, in a few iterations.
-    pub(super) fn joint_draft(&self, one: &Candidate, other: &Candidate) -> Draft {
-        let predicted = self.predicted_joint(one, other);
-        let count = if predicted.is_some() {
-            PARTNER_STARTS
-        } else {
-            JOINT_STARTS
-        };
-        let starts = self.joined(one, other, count);
-        let mut screened = self.screened(starts, &Strides::of_second(one));
-        if let Some((joint, there)) = predicted {
-            let problem = GapProblem::new(&joint, &self.screening.tiles, Detail::DRAFT);
-            let cost = problem.gap_sum(&there.theta);
-            let at = screened.partition_point(|s| s.1.cost < cost);
-            if at < screened.len() {
-                let theta = there.theta;
-                screened.insert(at, (joint, LocalMinimum { theta, cost }));
-                screened.truncate(REFINED_STARTS);
-            }
-        }
-        self.best(screened)
-    }
-
     /// Refines and scores `draft`.
     pub(super) fn completed(&self, draft: Draft) -> Candidate {
         let problem = GapProblem::new(&draft.hypothesis, &self.few.tiles, Detail::DRAFT);
         let fitted = problem.descend(&draft.theta, 4, COARSE_TOLERANCE);
-        self.scored(draft.hypothesis, fitted.theta, &self.few, Scoring::Full)
-    }
-
-    /// Returns the joint hypothesis of `a` and `b` with their values.
-    fn both(&self, a: (&Hypothesis, &[f64]), b: (&Hypothesis, &[f64])) -> (Hypothesis, Vec<f64>) {
-        let parts = [a.0.parts.clone(), b.0.parts.clone()].concat();
-        let joint = Hypothesis::new(parts, self.channels, self.reference);
-        let of_slot = |slot: &Slot| {
-            let id = joint.parts[slot.part].0.id();
-            let (from, values) = if b.0.parts[0].0.id() == id { b } else { a };
-            let same = from.slots.iter().position(|s| {
-                from.parts[s.part].0.id() == id
-                    && s.parameter == slot.parameter
-                    && s.channel == slot.channel
-            });
-            same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| {
-                values[k]
-            })
-        };
-        let theta = joint.slots.iter().map(of_slot).collect();
-        (joint, theta)
-    }
-
-    /// Returns joint starting points: all effects at their separate estimates, and the last at `count` of its own
-    /// starting points.
-    fn joined(
-        &self,
-        one: &Candidate,
-        other: &Candidate,
-        count: usize,
-    ) -> Vec<(Hypothesis, Vec<f64>)> {
-        let (last, _) = &other.hypothesis.parts[0];
-        let alone = |start: SearchStart| {
-            let fresh = Hypothesis::new(vec![(*last, start)], self.channels, self.reference);
-            let theta = fresh.start();
-            (fresh, theta)
-        };
-        let (a, b) = (
-            (&one.hypothesis, &one.theta[..]),
-            (&other.hypothesis, &other.theta[..]),
-        );
-        let mut starts = vec![self.both(a, b)];
-        for start in last.starts().into_iter().take(count) {
-            let (fresh, theta) = alone(start);
-            starts.push(self.both(a, (&fresh, &theta)));
-        }
-        starts
-    }
-
-    /// Returns those of `others` that lower the cost most when joined to `one`, on the fewest tiles: by the linear prediction
-    /// where the effect acts linearly at its neutral values, and by a step from the best of a few starting points otherwise.
-    pub(super) fn promising<'c>(
-        &self,
-        one: &Candidate,
-        others: &[&'c Candidate],
-    ) -> Vec<&'c Candidate> {
-        let cost = |other: &Candidate| {
-            if let Some((_, predicted)) = self.predicted_joint(one, other) {
-                return predicted.cost;
-            }
-            let starts = self.joined(one, other, PARTNER_STARTS);
-            let screened = self.screened(starts, &Strides::of_second(one));
-            let (hypothesis, start) = &screened[0];
-            let problem = GapProblem::new(hypothesis, &self.screening.tiles, Detail::DRAFT);
-            problem.descend(&start.theta, 1, TOLERANCE).cost
-        };
-        let mut ranked: Vec<(f64, &Candidate)> =
-            others.iter().map(|other| (cost(other), *other)).collect();
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let chosen = ranked.into_iter().take(PARTNERS);
-        chosen.map(|(_, other)| other).collect()
-    }
-
-    /// Returns where a linear step leads from `one` with the effect of `other` at its neutral values, and the cost there by the
-    /// linear prediction; `None` if that effect has no derivative there, or if positions are too far off for one.
-    fn predicted_joint(
-        &self,
-        one: &Candidate,
-        other: &Candidate,
-    ) -> Option<(Hypothesis, LocalMinimum)> {
-        if self.displaced {
-            return None;
-        }
-        let neutral = other.hypothesis.neutral();
-        let (joint, theta) =
-            self.both((&one.hypothesis, &one.theta), (&other.hypothesis, &neutral));
-        let id = other.hypothesis.parts[0].0.id();
-        let own = joint.slots.iter().enumerate();
-        let own = own.filter(|(_, slot)| joint.parts[slot.part].0.id() == id);
-        let own: Vec<usize> = own.map(|(k, _)| k).collect();
-        let problem = GapProblem::new(&joint, &self.screening.tiles, Detail::DRAFT);
-        let sums = problem.linear(&theta).total(None);
-        let acts = |k: &usize| {
-            let step = joint.slots[*k].step;
-            sums.matrix[(*k, *k)] * step * step > LEAST_INFLUENCE * sums.cost
-        };
-        if !own.iter().any(acts) {
-            return None;
-        }
-        let predicted = sums.step(&theta, &joint.slots, PARTNER_DAMPING);
-        Some((joint, predicted))
+        self.scored(draft.hypothesis, fitted.theta, Part::Few, Scoring::Full)
     }
 
     /// Returns the best of `starts` on the fewest tiles, best first.
-    fn screened(
+    pub(super) fn screened(
         &self,
         starts: Vec<(Hypothesis, Vec<f64>)>,
         strides: &Strides,
@@ -442,7 +353,7 @@ impl<'a> HypothesisSearch<'a> {
     }
 
     /// Refines `starts` and returns the best.
-    fn best(&self, starts: Vec<(Hypothesis, LocalMinimum)>) -> Draft {
+    pub(super) fn best(&self, starts: Vec<(Hypothesis, LocalMinimum)>) -> Draft {
         let mut tried: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, start)| {
@@ -515,9 +426,24 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Refines `candidate` on the comparison tiles.
     pub(super) fn refined(&self, candidate: Candidate) -> Candidate {
-        let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
-        let theta = problem.descend(&candidate.theta, 5, TOLERANCE).theta;
-        self.scored(candidate.hypothesis, theta, &self.many, Scoring::Full)
+        self.refined_from(candidate.hypothesis, &candidate.theta)
+    }
+
+    /// Refines `effect` alone on the comparison tiles, with the free parameters of `start`, from the values `theta`.
+    pub(super) fn refined_alone(
+        &self,
+        effect: &'static dyn Effect,
+        start: SearchStart,
+        theta: &[f64],
+    ) -> Candidate {
+        let parts = vec![(effect, start)];
+        self.refined_from(Hypothesis::new(parts, self.channels, self.reference), theta)
+    }
+
+    fn refined_from(&self, hypothesis: Hypothesis, theta: &[f64]) -> Candidate {
+        let problem = self.problem(&hypothesis, Detail::COARSE);
+        let theta = problem.descend(theta, 5, TOLERANCE).theta;
+        self.scored(hypothesis, theta, Part::Many, Scoring::Full)
     }
 
     /// Scores `candidate`, estimated at another noise level, again on the fewest tiles.
@@ -525,7 +451,7 @@ impl<'a> HypothesisSearch<'a> {
         self.scored(
             candidate.hypothesis,
             candidate.theta,
-            &self.screening,
+            Part::Screening,
             Scoring::Draft,
         )
     }
@@ -534,9 +460,10 @@ impl<'a> HypothesisSearch<'a> {
         &self,
         hypothesis: Hypothesis,
         theta: Vec<f64>,
-        part: &Subsample,
+        scored_on: Part,
         scoring: Scoring,
     ) -> Candidate {
+        let part = self.part(scored_on);
         let tiles = &part.tiles;
         let detail = match scoring {
             Scoring::Draft => Detail::DRAFT,
@@ -555,6 +482,8 @@ impl<'a> HypothesisSearch<'a> {
             after: after * self.many.excess / part.excess,
             linear,
             hypothesis,
+            scored_on,
+            acts_as: None,
         }
     }
 }

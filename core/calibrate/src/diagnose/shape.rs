@@ -24,7 +24,7 @@ pub(super) fn shape(tiles: &[&TileData], hypothesis: &Hypothesis, theta: &[f64])
     let mut freedom = [0.0; ORDERS.len() + 1];
     for tile in tiles {
         let values = hypothesis.values(theta, tile.of_lens);
-        predictor.predict(hypothesis, &values, tile, Detail::COARSE, &mut picture);
+        predictor.predict(hypothesis, &values, *tile, Detail::COARSE, &mut picture);
         let mut residual = tile.residual(&picture);
         let energy = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>() / tile.norm;
         let whole = energy(&residual);

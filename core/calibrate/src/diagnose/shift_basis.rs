@@ -1,5 +1,7 @@
 //! Image changes that shifts of unknown size cause: they are projected out of residuals.
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::prediction::central_difference;
 use super::registration::Registration;
 use super::tiles::TileData;
@@ -68,6 +70,57 @@ impl ShiftBasis {
             vector.iter_mut().for_each(|v| *v /= norm);
             self.0.push(vector);
         }
+    }
+}
+
+/// Returns the least-squares shift of each of the `tiles` of one observation, px: the same for all if they are placed by their
+/// reference channel. `None` if the position is stated, or if the tiles do not show a shift.
+pub(super) fn least_squares_shifts(tiles: &[PredictedTile]) -> Option<Vec<[f64; 2]>> {
+    let common = match tiles.first()?.tile.registration {
+        Registration::Ideal => return None,
+        Registration::Reference(_) => true,
+        Registration::Centroid => false,
+    };
+    let equations = tiles.iter().map(ShiftEquations::of);
+    if common {
+        let sum = equations.reduce(ShiftEquations::plus)?;
+        return Some(vec![sum.shift_px()?; tiles.len()]);
+    }
+    equations.map(|e| e.shift_px()).collect()
+}
+
+/// Normal equations of a shift.
+struct ShiftEquations {
+    matrix: Matrix2<f64>,
+    right: Vector2<f64>,
+}
+
+impl ShiftEquations {
+    fn of(predicted: &PredictedTile) -> Self {
+        let [x, y] = STEPS.map(|step| change(predicted, step));
+        let mut sums = Self {
+            matrix: Matrix2::zeros(),
+            right: Vector2::zeros(),
+        };
+        let residual = predicted.tile.residual(predicted.prediction);
+        for ((x, y), r) in x.iter().zip(&y).zip(residual) {
+            // A shift by s changes the picture by -s times its gradient.
+            let gradient = Vector2::new(-x, -y);
+            sums.matrix += gradient * gradient.transpose();
+            sums.right += gradient * (r * predicted.scale);
+        }
+        sums
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            matrix: self.matrix + other.matrix,
+            right: self.right + other.right,
+        }
+    }
+
+    fn shift_px(&self) -> Option<[f64; 2]> {
+        Some((self.matrix.try_inverse()? * self.right).into())
     }
 }
 

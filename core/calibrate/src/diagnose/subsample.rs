@@ -11,6 +11,8 @@ pub(super) const MIN_EXCESS: f64 = 1e-6;
 /// A part of the tiles, with its sums.
 pub(super) struct Subsample<'a> {
     pub(super) tiles: Vec<&'a TileData>,
+    /// Gap of the given lens in every tile.
+    pub(super) gaps: Vec<f64>,
     /// Weighted mean gap of the given lens, without noise.
     pub(super) excess: f64,
     /// Sum of weights.
@@ -23,12 +25,14 @@ impl<'a> Subsample<'a> {
     /// Takes about `count` of `tiles`. `nothing` is the hypothesis that no effect is missing.
     pub(super) fn new(tiles: &'a [TileData], count: usize, nothing: &Hypothesis) -> Self {
         let tiles = thinned(tiles, count);
-        let cost = GapProblem::new(nothing, &tiles, Detail::FULL).gap_sum(&[]);
+        let gaps = GapProblem::new(nothing, &tiles, Detail::FULL).gaps(&[]);
+        let cost: f64 = gaps.iter().zip(&tiles).map(|(g, t)| g * weight(t)).sum();
         let noise = noise_sum(&tiles);
         let weight: f64 = tiles.iter().map(|t| weight(t)).sum();
         Self {
             excess: ((cost - noise) / weight).max(MIN_EXCESS),
             tiles,
+            gaps,
             weight,
             noise,
         }

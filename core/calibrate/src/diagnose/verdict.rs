@@ -7,7 +7,6 @@ use super::posterior::{
     CandidateScore, GapScale, MIN_GAP, MODEL_ERROR, REAL_GAP_RATIO, nothing_missing, probabilities,
 };
 use super::search::{Candidate, HypothesisSearch};
-use seidel_optics::psf::pupil::Detail;
 
 /// Share of the gap below which a single effect suffices.
 const SUFFICIENT_REMAINDER: f64 = 0.04;
@@ -56,8 +55,7 @@ pub(super) struct Decision {
 
 impl GapStatistics {
     pub(super) fn new(own_gap: f64, search: &HypothesisSearch, singles: &[Candidate]) -> Self {
-        let nothing = search.nothing();
-        let gaps = search.problem(&nothing, Detail::FULL).gaps(&[]);
+        let gaps = search.gaps_before();
         let total = search.weight();
         let tiles = search.many().iter();
         let excess = gaps
@@ -158,6 +156,14 @@ impl GapStatistics {
         }
         let none = self.none();
         let all: Vec<&Candidate> = singles.iter().chain(joint).collect();
+        // The effect that acts on the lens, for one that does not.
+        let acting = |k: usize| {
+            let twin = all[k].acts_as.and_then(|id| {
+                let mut singles = singles.iter();
+                singles.find(|single| single.hypothesis.ids() == [id])
+            });
+            twin.unwrap_or(all[k]).clone()
+        };
         let best = (0..all.len()).max_by(|a, b| odds[*a].total_cmp(&odds[*b]));
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
@@ -165,14 +171,14 @@ impl GapStatistics {
             Some(k) if odds[k] > unknown => {
                 if odds[k] < MIN_PROBABILITY {
                     equivalents.push(rivals(&all, &odds, k));
-                    (Verdict::Ambiguous, Some(all[k].clone()))
+                    (Verdict::Ambiguous, Some(acting(k)))
                 } else {
-                    (Verdict::Explained, Some(all[k].clone()))
+                    (Verdict::Explained, Some(acting(k)))
                 }
             }
             _ => {
                 let part = best.filter(|k| all[*k].after < (1.0 - MIN_PARTIAL_SHARE) * self.before);
-                (Verdict::Unexplained, part.map(|k| all[k].clone()))
+                (Verdict::Unexplained, part.map(acting))
             }
         };
         let enough = self.detection_limit().min(MAX_REMAINDER * self.before);

@@ -111,16 +111,18 @@ impl Effect for AperturePolygon {
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        let each = |blades: usize| {
+        let each = |roundness: f64, blades: usize| {
             // Two orientations, half of the symmetry angle apart.
             [0.0, 180.0 / blades as f64].map(|rotation| {
-                SearchStart::new(
-                    &[blades as f64, rotation, 1.0, 0.2],
-                    &[false, true, true, true],
-                )
+                let values = [blades as f64, rotation, 1.0, roundness];
+                // A part of the way to them is another polygon, not a weaker one.
+                SearchStart::new(&values, &[false, true, true, true]).likely()
             })
         };
-        (5..=9).flat_map(each).collect()
+        // A search from straight blades hardly reaches the corners of curved ones.
+        let all = [0.2, 0.7].into_iter();
+        all.flat_map(|roundness| (5..=9).flat_map(move |blades| each(roundness, blades)))
+            .collect()
     }
 
     // The polygon closes with the pupil. The blades keep their curvature, so a smaller polygon has

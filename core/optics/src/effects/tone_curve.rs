@@ -63,14 +63,19 @@ impl Effect for ToneCurve {
         }
     }
 
-    // The exponent, the shoulder, clipping, then exponent and shoulder.
+    // The exponent, the shoulder, clipping, exponent and shoulder, then clipping elsewhere: only pixels near the right level show
+    // in which direction it lies. A part of the way from no clipping is none.
     fn starts(&self) -> Vec<SearchStart> {
         let from = |values: [f64; 3], free: [bool; 3]| SearchStart::new(&values, &free);
+        let clipped = |at: f64| from([1.0, 0.0, at], [false, false, true]).likely();
         vec![
             from([0.9, 0.0, NO_CLIP], [true, false, false]),
             from([1.0, 0.3, NO_CLIP], [false, true, false]),
-            from([1.0, 0.0, 0.7], [false, false, true]),
+            clipped(0.7),
             from([0.9, 0.3, NO_CLIP], [true, true, false]),
+            clipped(0.5),
+            clipped(0.35),
+            clipped(0.85),
         ]
     }
 

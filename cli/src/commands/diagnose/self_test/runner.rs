@@ -10,7 +10,6 @@ use seidel_core::calibrate::diagnose::{
 use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
-use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::{Error, Progress, Result};
 use seidel_image_io::processor_time::processor_seconds;
@@ -19,6 +18,7 @@ use seidel_trial::{
     draw_further, recipes,
 };
 
+use super::holdout::{Positions, closed_share};
 use super::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
 
 /// Settings of a self-test.
@@ -126,7 +126,16 @@ fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> 
     let advised = (blind.as_ref().ok())
         .filter(|blind| blind.diagnosis.verdict == Verdict::Ambiguous)
         .map(|blind| diagnose_advised(recipe, blind.diagnosis.next_capture_id, &answer, plan));
-    let scored = blind.and_then(|blind| Ok((closed_share(&blind, &holdout)?, blind)));
+    let positions = if recipe.conditions.ideal_positions {
+        Positions::Ideal
+    } else {
+        Positions::Unknown
+    };
+    let scored = blind.and_then(|blind| {
+        let corrected = &blind.diagnosis.corrected;
+        let closed = closed_share(&blind.lens, corrected, &holdout, positions)?;
+        Ok((closed, blind))
+    });
     let own_gap = scored
         .as_ref()
         .ok()
@@ -313,44 +322,6 @@ fn diagnose_withheld(
             error: Some(error.to_string()),
         },
     }
-}
-
-/// Returns the share of the gap on `holdout` that the corrected lens closes; 0 without a gap.
-fn closed_share(blind: &BlindDiagnosis, holdout: &ObservationSet) -> Result<f64> {
-    let before = mean_gap(&blind.lens, holdout)?;
-    if before <= 0.0 {
-        return Ok(0.0);
-    }
-    let closed = 1.0 - mean_gap(&blind.diagnosis.corrected, holdout)? / before;
-    if closed.is_finite() {
-        Ok(closed)
-    } else {
-        Err(not_finite("share truly closed", closed))
-    }
-}
-
-/// Returns the mean gap over tiles: |o - p|² / |o|², less the contribution of the stated noise. o is the observed tile, p
-/// the predicted one, both of unit sum.
-fn mean_gap(lens: &LensProfile, set: &ObservationSet) -> Result<f64> {
-    let predictor = Predictor::new(lens)?;
-    let predicted = predict_set(&predictor, set, predictor.default_model())?;
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for (observed, predicted) in set.observations.iter().zip(&predicted.observations) {
-        for (channel, p) in predicted.tiles.iter().enumerate() {
-            let o = observed.light(channel);
-            let light = o.sum();
-            let sigma = observed.noise_sigma[channel].unwrap_or(0.0) / light;
-            let (mut difference, mut norm) = (0.0, 0.0);
-            for (o, p) in o.samples().iter().zip(p.samples()) {
-                let o = f64::from(*o) / light;
-                difference += (o - f64::from(*p)).powi(2);
-                norm += o * o;
-            }
-            sum += (difference - o.samples().len() as f64 * sigma * sigma) / norm;
-            count += 1;
-        }
-    }
-    Ok(sum / count.max(1) as f64)
 }
 
 /// Returns the outcome of a case from its diagnosis.
