@@ -36,6 +36,8 @@ pub(crate) struct Input {
 /// Inputs of commands.
 pub(crate) struct Program {
     inputs: Vec<Input>,
+    /// Index of the input that the last case damaged.
+    damaged: Option<usize>,
 }
 
 impl Program {
@@ -76,7 +78,10 @@ impl Program {
             input("list.txt", vec![list.as_bytes().to_vec()], TEXT),
             input("config.ocio", texts::configs(), TEXT),
         ];
-        let program = Self { inputs };
+        let program = Self {
+            inputs,
+            damaged: None,
+        };
         program.write_sound(folder);
         program
     }
@@ -134,12 +139,11 @@ impl Attack for Program {
         for name in OUTPUTS {
             remove(&case.folder.join(name));
         }
-        let mut damaged = None;
         if case.inputs == Inputs::Damaged {
             if !case.rng.once_in(4) {
-                damaged = self.damage_input(case, &words);
+                self.damaged = self.damage_input(case, &words);
             }
-            if damaged.is_none() || case.rng.once_in(4) {
+            if self.damaged.is_none() || case.rng.once_in(4) {
                 change_word(case, &mut words);
             }
         }
@@ -159,10 +163,12 @@ impl Attack for Program {
         {
             case.report(Kind::Leftover, "an output of a refused command line");
         }
-        // The inputs of a finding are stored as they were.
-        if let (Some(index), true) = (damaged, case.findings.is_empty()) {
+    }
+
+    fn clean_up(&mut self, folder: &Path) {
+        if let Some(index) = self.damaged.take() {
             let input = &self.inputs[index];
-            raster::write(&case.folder.join(input.name), &input.seeds[0]);
+            raster::write(&folder.join(input.name), &input.seeds[0]);
         }
     }
 }
