@@ -74,6 +74,10 @@ const ALLOWED: [(&str, &[&str]); 19] = [
             "seidel-plugin",
         ],
     ),
+    (
+        "seidel-fuzz",
+        &["seidel-colour", "seidel-image-io", "seidel-optics"],
+    ),
     // The trial cases have a lens and a renderer of their own; from the core they take only the vocabulary.
     ("seidel-trial", &["seidel-optics"]),
     // The test host shares no code with the plugins it tests, so that a mistake is not made twice.

@@ -14,7 +14,7 @@ use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::mutations::{BINARY, EXR, JSON, Mutation, PNG, TEXT, TIFF, text};
 use crate::process::{Names, Run, check_end, check_leftovers, remove};
-use crate::seeds::{self, exr, photographs, raster, texts};
+use crate::seeds::{self, exr, lenses, photographs, raster, texts};
 
 pub(crate) use commands::{COMMANDS, command_of};
 
@@ -46,7 +46,7 @@ impl Program {
         let plate = folder.join("plate.exr");
         exr::write_plate(&plate);
         let set = folder.join("set");
-        texts::write_set(&set, 24);
+        lenses::write_set(&set, 24);
         let list = "psf/0000.exr\npsf/0001.exr\npsf/0002.exr\npsf/0003.exr\n";
         let input = |name, seeds, mutations| Input {
             name,
@@ -63,7 +63,7 @@ impl Program {
             input("plate.hdr", raster::hdr(folder), BINARY),
             input("plate.jpg", raster::jpeg(), BINARY),
             input("photo.dng", photographs::dng(), TIFF),
-            input("lens.json", vec![texts::lens().into_bytes()], JSON),
+            input("lens.json", vec![lenses::lens().into_bytes()], JSON),
             input(
                 "set/manifest.json",
                 vec![seeds::read(&set.join("manifest.json"))],
