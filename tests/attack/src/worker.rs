@@ -114,7 +114,7 @@ struct Runner<'a> {
     target: &'static Target,
     seed: u64,
     folder: &'a Path,
-    /// Where the inputs of findings are kept, a folder a case.
+    /// Folder of kept inputs of findings, a folder a case.
     kept: Option<&'a Path>,
     program: &'a [OsString],
 }
