@@ -81,15 +81,13 @@ fn a_strip_is_drawn_on_coarse_levels() {
 
 #[test]
 fn a_plate_narrower_than_its_blur_is_drawn_on_coarse_levels() {
-    for rays in [true, false] {
-        for edges in [Edges::Black, Edges::Mirror] {
-            let lens = even(60.0, rays);
-            let scene = sized(&lens, [48, 30], edges);
-            let Work { levels, planes } = work(&scene);
-            let fine: usize = levels.iter().take(2).map(|level| level.gathered).sum();
-            assert!(levels.len() > 2 && fine == 0, "{levels:?}");
-            check_exact(&scene, &planes);
-        }
+    for (rays, edges) in [(true, Edges::Black), (false, Edges::Mirror)] {
+        let lens = even(60.0, rays);
+        let scene = sized(&lens, [48, 30], edges);
+        let Work { levels, planes } = work(&scene);
+        let fine: usize = levels.iter().take(2).map(|level| level.gathered).sum();
+        assert!(levels.len() > 2 && fine == 0, "{levels:?}");
+        check_exact(&scene, &planes);
     }
 }
 
