@@ -3,7 +3,8 @@
 A ``Lens`` describes the point-spread function (PSF) of a real lens over its field, colour channels and distances. It is
 fitted to measured PSFs. ``apply`` blurs an image as the lens does, guided by its depth; ``remove`` removes the blur of the
 lens that an image was taken with; ``relens`` replaces it by that of another lens; ``measure_lights`` measures PSFs in
-photographs; ``diagnose`` finds the effects that a lens lacks against measured PSFs.
+photographs; ``diagnose`` finds the effects that a lens lacks against measured PSFs, ``diagnose_pictures`` those against a sharp
+picture and one through the lens.
 
 Images are arrays of rows x columns x channels, ``float32`` or ``float16``, scene-linear. Results are bit-identical to those
 of the command ``seidel`` on the same samples, whatever the number of threads. Calls release the GIL; Ctrl-C stops them.
@@ -29,6 +30,7 @@ from ._seidel import (
     apply,
     blur_share,
     diagnose,
+    diagnose_pictures,
     measure_lights,
     relens,
     remove,
@@ -59,6 +61,7 @@ __all__ = [
     "apply",
     "blur_share",
     "diagnose",
+    "diagnose_pictures",
     "measure_lights",
     "relens",
     "remove",

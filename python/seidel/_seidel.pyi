@@ -20,6 +20,7 @@ __all__ = [
     "apply",
     "blur_share",
     "diagnose",
+    "diagnose_pictures",
     "measure_lights",
     "relens",
     "remove",
@@ -156,6 +157,8 @@ class Diagnosis:
     @property
     def corrected(self) -> Lens: ...
     @property
+    def estimated(self) -> ObservationSet | None: ...
+    @property
     def report(self) -> dict[str, Any]: ...
 
 def apply(
@@ -222,6 +225,23 @@ def diagnose(
     lens: Lens,
     observations: ObservationSet | _Path,
     *,
+    only: Sequence[str] | None = None,
+    pairs: bool = True,
+    design: ObservationSet | _Path | None = None,
+    threads: int = 0,
+    progress: _Progress | None = None,
+) -> Diagnosis: ...
+def diagnose_pictures(
+    lens: Lens,
+    reference: _Samples,
+    observed: _Samples,
+    *,
+    distance: float | None = None,
+    patch: int = 33,
+    axis: tuple[float, float] | None = None,
+    clip: float | None = None,
+    reference_pixels: Literal["points", "areas"] = "points",
+    geometry: Literal["undistorted", "distorted"] | None = None,
     only: Sequence[str] | None = None,
     pairs: bool = True,
     design: ObservationSet | _Path | None = None,

@@ -5,7 +5,7 @@ use seidel_core::DiagnosisSettings;
 
 use crate::error::{Failure, Result};
 use crate::lens::Lens;
-use crate::observations;
+use crate::observations::{self, ObservationSet};
 use crate::worker::CallOptions;
 
 /// The result of `diagnose`.
@@ -15,6 +15,31 @@ pub(crate) struct Diagnosis {
     added: Vec<&'static str>,
     report: String,
     corrected: Py<Lens>,
+    estimated: Option<Py<ObservationSet>>,
+}
+
+impl Diagnosis {
+    /// The result of the core, and the PSFs if they were estimated.
+    pub(crate) fn new(
+        py: Python<'_>,
+        diagnosis: seidel_core::Diagnosis,
+        estimated: Option<Py<ObservationSet>>,
+    ) -> Result<Self> {
+        let report = serde_json::to_string(&diagnosis).map_err(|error| {
+            Failure::argument(
+                "report",
+                format!("cannot be written ({error})"),
+                "report this",
+            )
+        })?;
+        Ok(Self {
+            verdict: diagnosis.verdict.id(),
+            report,
+            corrected: Py::new(py, Lens::of_profile(diagnosis.corrected)?)?,
+            added: diagnosis.added,
+            estimated,
+        })
+    }
 }
 
 #[pymethods]
@@ -35,6 +60,12 @@ impl Diagnosis {
     #[getter]
     fn corrected(&self, py: Python<'_>) -> Py<Lens> {
         self.corrected.clone_ref(py)
+    }
+
+    /// The PSFs that `diagnose_pictures` estimated, an `ObservationSet`; `None` for `diagnose`.
+    #[getter]
+    fn estimated(&self, py: Python<'_>) -> Option<Py<ObservationSet>> {
+        self.estimated.as_ref().map(|set| set.clone_ref(py))
     }
 
     /// The whole report as a dictionary: gap, causes with their probabilities and amounts, places, shares, remarks. The keys
@@ -95,17 +126,5 @@ fn diagnose(
     let diagnosis = options.run(py, move |progress| {
         Ok(seidel_core::diagnose(&lens, &set, &settings, progress)?)
     })?;
-    let report = serde_json::to_string(&diagnosis).map_err(|error| {
-        Failure::argument(
-            "report",
-            format!("cannot be written ({error})"),
-            "report this",
-        )
-    })?;
-    Ok(Diagnosis {
-        verdict: diagnosis.verdict.id(),
-        report,
-        corrected: Py::new(py, Lens::of_profile(diagnosis.corrected)?)?,
-        added: diagnosis.added,
-    })
+    Diagnosis::new(py, diagnosis, None)
 }

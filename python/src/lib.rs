@@ -9,6 +9,7 @@ mod apply;
 mod array;
 mod depth;
 mod diagnose;
+mod diagnose_pictures;
 mod error;
 mod fit;
 mod lens;
@@ -36,5 +37,6 @@ fn seidel(module: &Bound<'_, PyModule>) -> PyResult<()> {
     removal::register(module)?;
     relens::register(module)?;
     measure::register(module)?;
-    diagnose::register(module)
+    diagnose::register(module)?;
+    diagnose_pictures::register(module)
 }

@@ -244,3 +244,39 @@ def test_diagnoses(lens, command, tmp_path):
     assert (diagnosis.verdict, diagnosis.added) == (expected["verdict"], expected["added"])
     diagnosis.corrected.save(tmp_path / "own.json")
     assert (tmp_path / "own.json").read_bytes() == (out / "corrected.json").read_bytes()
+
+
+def test_diagnoses_pictures(lens, command, tmp_path):
+    random = np.random.default_rng(11)
+    width, height = lens.frame_size
+    # Texture of several widths: blur leaves little of noise alone.
+    reference = np.zeros((height, width, 3), np.float32)
+    for side in (1, 3, 9):
+        shape = (-(-height // side), -(-width // side), 3)
+        blocks = random.uniform(0.0, 0.3, shape).astype(np.float32)
+        blocks = blocks.repeat(side, axis=0).repeat(side, axis=1)
+        reference += blocks[:height, :width]
+    observed = seidel.apply(lens.adjusted(sensor_shift_um=10.0), reference, 2.5)
+    exr_files.write_image(tmp_path / "reference.exr", reference)
+    exr_files.write_image(tmp_path / "observed.exr", observed)
+    only = ["defocus_offset", "decentre"]
+    out = tmp_path / "out"
+    pair = ["--reference", tmp_path / "reference.exr", "--observed", tmp_path / "observed.exr"]
+    options = ["--depth-m", "2.5", "--out", out, "--only", ",".join(only), "--no-pairs"]
+    command("diagnose", "--lens", LENS, *pair, *options)
+    shares = []
+    diagnosis = seidel.diagnose_pictures(
+        lens, reference, observed, distance=2.5, only=only, pairs=False, progress=shares.append
+    )
+    assert shares[0] == 0.0 and shares[-1] == 1.0 and shares == sorted(shares)
+    expected = json.loads((out / "report.json").read_text().replace(".exr", ""))
+    for key, value in diagnosis.report.items():
+        assert expected[key] == value, key
+    assert diagnosis.added == ["defocus_offset"] == expected["added"]
+    diagnosis.corrected.save(tmp_path / "own.json")
+    assert (tmp_path / "own.json").read_bytes() == (out / "corrected.json").read_bytes()
+    diagnosis.estimated.save(tmp_path / "psf")
+    tiles = sorted(path.relative_to(tmp_path / "psf") for path in (tmp_path / "psf").rglob("*.exr"))
+    assert len(tiles) == len(diagnosis.estimated) > 1
+    for tile in tiles:
+        assert (tmp_path / "psf" / tile).read_bytes() == (out / "psf" / tile).read_bytes()

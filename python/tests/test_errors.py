@@ -138,3 +138,19 @@ def test_effects(lens, observations):
         seidel.diagnose(lens, observations)
     with pytest.raises(seidel.Error):
         seidel.diagnose(seidel.Lens.fit(observations, model="moments"), observations)
+
+
+def test_picture_pairs(lens):
+    width, height = lens.frame_size
+    picture = np.full((height, width, 3), 0.5, np.float32)
+    broken = picture.copy()
+    broken[7, 5, 1] = np.nan
+    for reference, observed, options, words in [
+        (picture[..., 0], picture, {}, "reference: has 1 channels"),
+        (picture, broken, {}, "observed: is NaN in G at row 7, column 5"),
+        (picture, picture, {"geometry": "bent"}, 'geometry: is "bent"'),
+        (picture, picture, {"reference_pixels": "dots"}, 'reference_pixels: is "dots"'),
+        (picture, picture, {"patch": 8}, "patch: is 8 px"),
+    ]:
+        with pytest.raises(seidel.Error, match=words):
+            seidel.diagnose_pictures(lens, reference, observed, distance=2.5, **options)

@@ -135,7 +135,7 @@ fn line(name: &str, row: &[u64]) -> String {
 }
 
 /// Copies regular files of a folder and of its folders. Best effort: pipes, devices and links are left out.
-fn copy_folder(from: &Path, to: &Path) {
+pub(crate) fn copy_folder(from: &Path, to: &Path) {
     let _ = fs::create_dir_all(to);
     let Ok(entries) = fs::read_dir(from) else {
         return;

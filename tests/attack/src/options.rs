@@ -55,6 +55,9 @@ pub(crate) struct Options {
     /// Folder of a worker
     #[arg(long, hide = true, value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
+    /// Folder to which a worker copies the inputs of findings
+    #[arg(long, hide = true, value_name = "DIR")]
+    pub(crate) kept: Option<PathBuf>,
     /// Leave out the undamaged cases that a worker begins with
     #[arg(long, hide = true)]
     pub(crate) no_twins: bool,

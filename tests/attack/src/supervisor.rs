@@ -152,7 +152,7 @@ impl Shared<'_> {
                 number,
                 finding,
             };
-            log.add(found, folder.path());
+            log.add(found, &folder.inputs_of(number));
         }
     }
 }
@@ -177,10 +177,10 @@ fn run_case(case: &str, options: &Options, mut log: Log) -> Result<u64, String> 
             number,
             finding,
         };
-        log.add(found, folder.path());
+        log.add(found, &folder.inputs_of(number));
     }
     if count == 0 {
-        log.keep(folder.path(), &to);
+        log.keep(&folder.inputs_of(number), &to);
         println!("no finding");
     }
     println!("inputs: {}", to.display());

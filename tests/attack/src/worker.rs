@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use crate::allocator;
 use crate::case::{Case, Inputs};
 use crate::finding::{Finding, Kind};
+use crate::log::copy_folder;
 use crate::options::Options;
 use crate::rng::Rng;
 use crate::targets::{self, Attack, Target};
@@ -47,6 +48,7 @@ pub(crate) fn run(target: &str, options: &Options) -> ExitCode {
         target,
         seed: options.seed,
         folder,
+        kept: options.kept.as_deref(),
         program: &program,
     };
     let mut report = Report {
@@ -55,14 +57,17 @@ pub(crate) fn run(target: &str, options: &Options) -> ExitCode {
     if !options.no_twins {
         for number in 0..attack.seeds() as u64 {
             report.line(&format!("twin {number}"));
-            let (case, _) = runner.run(&mut *attack, number, Inputs::Sound);
+            let (mut case, _) = runner.run(&mut *attack, number, Inputs::Sound);
+            if !case.is_accepted {
+                case.report(Kind::Refused, "the undamaged input was refused");
+            }
+            if !case.findings.is_empty() {
+                runner.keep_inputs(number);
+            }
             for finding in &case.findings {
                 report.finding(number, finding);
             }
-            if !case.is_accepted {
-                let text = "the undamaged input was refused";
-                report.finding(number, &Finding::new(Kind::Refused, text));
-            }
+            attack.clean_up(folder);
         }
     }
     let last = options.cases.map(|count| options.first + count);
@@ -70,11 +75,17 @@ pub(crate) fn run(target: &str, options: &Options) -> ExitCode {
     while last.is_none_or(|last| number < last) {
         report.line(&format!("begin {number}"));
         let (case, time) = runner.run(&mut *attack, number, Inputs::Damaged);
+        // Before the next run in this folder, that of the undamaged twin too.
+        if !case.findings.is_empty() || time.counted() > MAX_DELAY {
+            runner.keep_inputs(number);
+        }
+        attack.clean_up(folder);
         for finding in &case.findings {
             report.finding(number, finding);
         }
         if time.counted() > MAX_DELAY {
             let (_, twin) = runner.run(&mut *attack, number, Inputs::Sound);
+            attack.clean_up(folder);
             let (time, twin) = (time.counted(), twin.counted());
             if time > twin + MAX_DELAY {
                 let text = format!("{time:.1?}, and {twin:.1?} undamaged");
@@ -103,10 +114,19 @@ struct Runner<'a> {
     target: &'static Target,
     seed: u64,
     folder: &'a Path,
+    /// Folder of kept inputs of findings, a folder a case.
+    kept: Option<&'a Path>,
     program: &'a [OsString],
 }
 
 impl<'a> Runner<'a> {
+    /// Copies the inputs of a case to where the supervisor finds them.
+    fn keep_inputs(&self, number: u64) {
+        if let Some(kept) = self.kept {
+            copy_folder(self.folder, &kept.join(number.to_string()));
+        }
+    }
+
     fn run(&self, attack: &mut dyn Attack, number: u64, inputs: Inputs) -> (Case<'a>, CaseTime) {
         let mut case = Case {
             number,

@@ -41,8 +41,12 @@ fn every_planted_fault_is_found_and_stored() {
     ] {
         assert!(text.contains(finding), "no `{finding}` in {text}");
     }
-    let input = folder.path().join("findings/planted-2/input");
-    assert_eq!(std::fs::read_to_string(input).expect("stored"), "case 2");
+    // The damaged inputs are stored, also where the undamaged twin ran after them.
+    for number in 1..=8 {
+        let input = format!("findings/planted-{number}/input");
+        let input = std::fs::read_to_string(folder.path().join(input)).expect("stored");
+        assert_eq!(input, format!("case {number}"));
+    }
     // A case runs again alone, and findings are checked again.
     let kept = folder.path().join("findings/planted-3/input");
     std::fs::remove_file(&kept).expect("stored");
@@ -53,6 +57,15 @@ fn every_planted_fault_is_found_and_stored() {
     assert_eq!(sound.status.code(), Some(0), "{}", words(&sound));
     let checked = run(folder.path(), &["--recheck"]);
     assert!(words(&checked).contains("planted:5 silent-change: still"));
+}
+
+#[test]
+fn a_slow_case_that_runs_alone_keeps_its_damaged_inputs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let slow = run(folder.path(), &["--case", "planted:4"]);
+    assert!(words(&slow).contains("slow: "), "{}", words(&slow));
+    let kept = folder.path().join("findings/planted-4/input");
+    assert_eq!(std::fs::read_to_string(kept).expect("stored"), "case 4");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 19] = [
+const ALLOWED: [(&str, &[&str]); 20] = [
     ("seidel-fourier", &[]),
     (
         "seidel-core",
@@ -73,6 +73,10 @@ const ALLOWED: [(&str, &[&str]); 19] = [
             "seidel-ofx-host",
             "seidel-plugin",
         ],
+    ),
+    (
+        "seidel-fuzz",
+        &["seidel-colour", "seidel-image-io", "seidel-optics"],
     ),
     // The trial cases have a lens and a renderer of their own; from the core they take only the vocabulary.
     ("seidel-trial", &["seidel-optics"]),

@@ -494,8 +494,13 @@ fn source_offsets(
     };
     // A node contributes to sources up to two tiles away.
     let slack = 2 * grid.tile as i32;
-    let around = row - far..=row + far;
-    let all = around.flat_map(|y| (column - far..=column + far).map(move |x| GridIndex::new(y, x)));
+    // A strip has few nodes along its short side, however far its blur reaches.
+    let near = |at: i32, drawn: &Range<i32>| drawn.start.max(at - far)..drawn.end.min(at + far + 1);
+    let (rows_near, columns_near) = (
+        near(row, &nodes.kernels.rows),
+        near(column, &nodes.kernels.columns),
+    );
+    let all = rows_near.flat_map(|y| columns_near.clone().map(move |x| GridIndex::new(y, x)));
     for node in all {
         let Some(kernel) = nodes.kernel(node, channel) else {
             continue;

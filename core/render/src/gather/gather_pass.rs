@@ -2,7 +2,7 @@
 //! holds its transpose.
 
 use super::corner_stencils::{MixStencils, SparseGrid};
-use super::edges::{folded, with_mirrored_margin};
+use super::edges::{add_folded, folded, with_mirrored_margin};
 use super::fir::{BilinearFir, LANES, ROWS};
 use super::image::{Image, Rect, Size, View};
 use super::plan::Level;
@@ -12,6 +12,9 @@ use crate::{Edges, RenderWindow, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Samples of a plane that are computed at a time on the finest level: those of a plate of 4K, so that smaller plates are one part.
+const PART_SAMPLES: usize = 16 << 20;
 
 /// A planned render with its stencils, applicable to any light.
 pub(super) struct GatherPass {
@@ -39,11 +42,14 @@ impl GatherPass {
         window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>> {
-        let images = self.finest_images(planes, progress)?;
-        let plates = images
-            .par_iter()
-            .map(|image| folded(image, self.size, self.edges_at(0), window));
-        Ok(plates.collect())
+        let mut plates = vec![vec![0.0; window.width * window.height]; planes.len()];
+        self.compute(planes, progress, &mut |images| {
+            let folds = plates.par_iter_mut().zip(images);
+            folds.for_each(|(plate, image)| {
+                add_folded(image, self.size, self.edges_at(0), window, plate);
+            });
+        })?;
+        Ok(plates)
     }
 
     /// Returns the boundary condition with which the images of `level` are cut to the plate.
@@ -75,12 +81,14 @@ impl GatherPass {
         }
     }
 
-    /// Computes all levels from the coarsest to the finest, and returns the images of the finest.
-    fn finest_images(
+    /// Computes all levels from the coarsest to the finest, and passes the images of the finest on in parts, from the top down: with
+    /// light that leaves a mirrored strip they may hold a hundred times its pixels.
+    fn compute(
         &self,
         planes: &[View],
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Image>> {
+        take: &mut dyn FnMut(&[Image]),
+    ) -> Result<()> {
         let mut pyramid: Vec<Vec<Image>> = Vec::new();
         for level in 1..self.levels.len() {
             let above = match level {
@@ -105,40 +113,56 @@ impl GatherPass {
                     .collect(),
             };
             let extent = level.extent();
-            let mut images = vec![Image::zeros(Self::rect(level)); planes.len()];
-            let mut bands = Vec::new();
-            for (plane, image) in images.iter_mut().enumerate() {
-                let band = level.grid.tile * image.width.max(1);
-                for (row, band) in extent
-                    .rows
-                    .clone()
-                    .zip(image.samples.chunks_exact_mut(band))
-                {
-                    bands.push((plane, row, band));
+            if extent.rows.is_empty() {
+                coarser = vec![Image::default(); planes.len()];
+            }
+            let whole = Self::rect(level);
+            let band = level.grid.tile * whole.width.max(1);
+            let part = match level.grid.level {
+                0 => (PART_SAMPLES / band).max(1),
+                _ => extent.rows.len().max(1),
+            };
+            for first in extent.rows.clone().step_by(part) {
+                let rows = first..extent.rows.end.min(first + part as i32);
+                let rect = Rect {
+                    top: first * level.grid.tile as i32,
+                    height: rows.len() * level.grid.tile,
+                    ..whole
+                };
+                let mut images = vec![Image::zeros(rect); planes.len()];
+                let mut bands = Vec::new();
+                for (plane, image) in images.iter_mut().enumerate() {
+                    for (row, band) in rows.clone().zip(image.samples.chunks_exact_mut(band)) {
+                        bands.push((plane, row, band));
+                    }
+                }
+                bands.into_par_iter().try_for_each_init(
+                    Scratch::default,
+                    |scratch, (plane, row, band)| {
+                        let job = BandJob {
+                            level,
+                            stencils,
+                            mix: self.mix_of[plane],
+                            sources: &views[plane],
+                            coarser: &coarser[plane].view(),
+                        };
+                        job.band(row, extent.columns.clone(), band, scratch);
+                        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                        if progress(done as f64 / total as f64) {
+                            Ok(())
+                        } else {
+                            Err(cancelled())
+                        }
+                    },
+                )?;
+                if level.grid.level == 0 {
+                    take(&images);
+                } else {
+                    coarser = self.closed(images, level.grid.level as usize);
                 }
             }
-            bands.into_par_iter().try_for_each_init(
-                Scratch::default,
-                |scratch, (plane, row, band)| {
-                    let job = BandJob {
-                        level,
-                        stencils,
-                        mix: self.mix_of[plane],
-                        sources: &views[plane],
-                        coarser: &coarser[plane].view(),
-                    };
-                    job.band(row, extent.columns.clone(), band, scratch);
-                    let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64;
-                    if progress(share) {
-                        Ok(())
-                    } else {
-                        Err(cancelled())
-                    }
-                },
-            )?;
-            coarser = self.closed(images, level.grid.level as usize);
         }
-        Ok(coarser)
+        Ok(())
     }
 
     /// Prepares the images of a level for the next finer one: unchanged, or from the fold level down the plate with its

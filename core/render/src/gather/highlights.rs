@@ -50,6 +50,11 @@ impl<'a> HighlightSplit<'a> {
         Self::with_blocks(planes, width, blocks)
     }
 
+    /// All light of the planes, without highlights.
+    pub(super) fn none(planes: &[Plane<'a>]) -> Self {
+        Self::with_blocks(planes, 0, Vec::new())
+    }
+
     /// Splits the planes of a depth layer in `crop` of a plate with these `highlights`. All light of a highlight is
     /// scattered exactly. Planes beyond those of the plate have none.
     pub(super) fn of_layer(

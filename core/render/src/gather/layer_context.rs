@@ -40,6 +40,17 @@ impl LayerContext {
         }
     }
 
+    /// Returns the size of the plate that `scene` is a crop of.
+    pub(super) fn size(&self, scene: &Scene) -> Size {
+        self.plate.map_or(
+            Size {
+                width: scene.width,
+                height: scene.height,
+            },
+            |(_, size)| size,
+        )
+    }
+
     /// Returns the context for planes without highlights.
     pub(crate) fn without_highlights(&self) -> Self {
         Self {

@@ -51,6 +51,10 @@ const MAX_TRIES: usize = 4;
 /// Largest tile side, plate px.
 const MAX_TILE: usize = 256;
 
+/// Longer side of a plate over the shorter one, from which its tiles are those of a plate with this ratio: a strip in tiles of its
+/// own short side would have thousands, all on the finest level, however wide its blur.
+const STRIP: usize = 16;
+
 /// A pyramid level with the largest tile side that interpolates the blur at one place, plate px.
 #[derive(Clone, Copy)]
 struct ProbedSide {
@@ -103,6 +107,15 @@ impl LensProbe<'_> {
         variances.fold(f64::INFINITY, f64::min).max(0.0).sqrt()
     }
 
+    /// Returns whether the blur in the middle of a scene of `size` is at least as wide as the short side of its `plate`.
+    ///
+    /// No light stands out there once it is blurred, so that highlights need no kernel each: drawing one would take more work than
+    /// the plate.
+    pub(super) fn is_wider_than(&self, size: Size, plate: Size) -> bool {
+        let centre = (0.5 * size.width as f64, 0.5 * size.height as f64);
+        self.min_sigma(centre) >= plate.width.min(plate.height) as f64
+    }
+
     /// Returns how far light travels from its source on a plate of `size`, px: the largest reach on a grid, plus a
     /// margin.
     ///
@@ -150,11 +163,14 @@ impl LensProbe<'_> {
     /// A lens that cannot be drawn at some point.
     pub(super) fn probed_sides(&self, size: Size) -> Result<ProbedSides> {
         // Cubic interpolation needs four nodes.
-        let widest = MAX_TILE.min(size.width.min(size.height) / 3).max(1);
+        let short = size.width.min(size.height);
+        let nodes_along = short.max(size.width.max(size.height) / STRIP);
+        let widest = MAX_TILE.min(nodes_along / 3).max(1);
         let widest = widest as f64;
         let side_at = |probe: &(f64, f64), first: f64| {
             let at = (probe.0 * size.width as f64, probe.1 * size.height as f64);
-            self.side_at(at, size, first, widest)
+            let found = self.side_at(at, size, first, widest)?;
+            Ok(self.wider_than_plate(at, size, found))
         };
         let (first, rest) = (&PROBES[0], &PROBES[1..]);
         let first = side_at(first, widest.min(FIRST_TILE))?;
@@ -178,8 +194,10 @@ impl LensProbe<'_> {
         let (mut side, mut tries) = (first, 0);
         while side > 1.0 {
             let room = side / 2.0;
-            let inside = |at: f64, size: usize| at.clamp(room, size as f64 - room);
-            let at = (inside(at.0, size.width), inside(at.1, size.height));
+            let at = (
+                inside(at.0, size.width, room),
+                inside(at.1, size.height, room),
+            );
             let error = self.interpolation_error(at, room, step)?;
             // The error grows with the square of the side, more slowly where it is large.
             let fitting = (side * (allowed / error.max(1e-12)).sqrt()).min(widest);
@@ -195,6 +213,38 @@ impl LensProbe<'_> {
             level: level as usize,
             side: side.min(widest) as usize,
         })
+    }
+
+    /// Doubles the tile side `found` around `at` while its kernels are within the tolerance, where the blur is wider than a plate
+    /// of `size`: the plate lies in one tile then, whose kernels a coarse level draws.
+    fn wider_than_plate(&self, at: (f64, f64), size: Size, found: ProbedSide) -> ProbedSide {
+        let sigma = self.min_sigma(at);
+        if sigma < size.width.min(size.height) as f64 {
+            return found;
+        }
+        let step = (sigma / self.tolerance.min_sigma).log2().floor();
+        let step = step.clamp(0.0, 16.0).exp2();
+        let allowed = (self.tolerance).interpolation_error_at(found.level as u32, self.model);
+        let mut side = found.side.max(1);
+        while 2 * side <= MAX_TILE {
+            let next = 2 * side;
+            // The nodes of the last tiles lie beyond the plate, where a lens may have no blur.
+            let (right, bottom) = ((size.width + next) as f64, (size.height + next) as f64);
+            let mut nodes = [(right, 0.0), (0.0, bottom), (right, bottom)].into_iter();
+            if nodes.any(|node| self.sources_at(node, &mut Vec::new()).is_err()) {
+                break;
+            }
+            let room = side as f64;
+            let at = (
+                inside(at.0, size.width, room),
+                inside(at.1, size.height, room),
+            );
+            match self.interpolation_error(at, room, step) {
+                Ok(error) if error <= allowed => side = next,
+                _ => break,
+            }
+        }
+        ProbedSide { side, ..found }
     }
 
     /// Returns the error of kernels at `at` interpolated from those `room` px away on both sides along x or y, as a
@@ -225,6 +275,16 @@ impl LensProbe<'_> {
             Stencil::from_kernel(&rows, None)
         });
         Ok(drawn.collect())
+    }
+}
+
+/// Returns the coordinate nearest to `at` that lies `room` px from both borders of a plate; the middle of one without such room.
+fn inside(at: f64, size: usize, room: f64) -> f64 {
+    let size = size as f64;
+    if 2.0 * room < size {
+        at.clamp(room, size - room)
+    } else {
+        0.5 * size
     }
 }
 

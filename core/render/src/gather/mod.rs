@@ -105,7 +105,11 @@ impl Renderer for Gather<'_> {
             let Some(sides) = job.tile_sides()? else {
                 return Scatter.render_window(scene, planes, window, progress);
             };
-            let split = HighlightSplit::new(planes, scene.width, MAX_PIXELS);
+            let split = if job.lens.is_wider_than(job.size(), job.size()) {
+                HighlightSplit::none(planes)
+            } else {
+                HighlightSplit::new(planes, scene.width, MAX_PIXELS)
+            };
             let views = job.views(&split);
             let lit = LitBlocks::new(&views);
             if lit.share() < SPARSE_SHARE {
@@ -136,7 +140,11 @@ impl Renderer for Gather<'_> {
             if !job.fits(&sides) {
                 return Scatter.render(scene, planes, progress);
             }
-            let mut split = HighlightSplit::of_layer(planes, crop, &context.highlights);
+            let mut split = if job.lens.is_wider_than(job.size(), context.size(scene)) {
+                HighlightSplit::none(planes)
+            } else {
+                HighlightSplit::of_layer(planes, crop, &context.highlights)
+            };
             let side = bright_tile(&sides);
             let highlights = split.pixel_count();
             let light = split.take_crowded(planes.len(), side);

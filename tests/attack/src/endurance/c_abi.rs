@@ -10,7 +10,7 @@ use seidel_c::*;
 
 use super::Watch;
 use crate::options::Options;
-use crate::seeds::{HEIGHT, WIDTH, sample, texts};
+use crate::seeds::{HEIGHT, WIDTH, lenses, sample};
 
 /// Threads that call.
 const THREADS: usize = 8;
@@ -44,7 +44,7 @@ struct Outcome {
 /// Makes `calls` calls, and compares the outcome of each with that of the same call before there were threads.
 pub(super) fn run(calls: usize, _: &Options, watch: &mut Watch) -> Result<(), String> {
     let threads_before = threads();
-    let json = texts::lens();
+    let json = lenses::lens();
     let lens = open(&json)?;
     let expected: Vec<Outcome> = (0..VARIANTS).map(|k| call(lens, k)).collect();
     let is_refused = |outcome: &&Outcome| outcome.status != SeidelStatus::Ok;

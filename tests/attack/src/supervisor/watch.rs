@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::ExitStatusExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -31,8 +31,9 @@ pub(super) struct Slice {
     pub(super) until: Option<Instant>,
 }
 
-/// The folder of a worker, in memory where the system has such a place.
+/// The folders of a worker, in memory where the system has such a place.
 pub(super) struct WorkerFolder {
+    /// Holds the folder of cases and that of kept inputs.
     folder: tempfile::TempDir,
     /// The stderr of the worker.
     stderr: tempfile::NamedTempFile,
@@ -55,21 +56,30 @@ impl WorkerFolder {
         })
     }
 
-    pub(super) fn path(&self) -> &Path {
-        self.folder.path()
+    /// Returns the folder in which cases run.
+    fn of_cases(&self) -> PathBuf {
+        self.folder.path().join("case")
     }
 
-    fn clear(&self) {
-        for entry in fs::read_dir(self.path()).into_iter().flatten().flatten() {
-            let path = entry.path();
-            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+    /// Returns the folder of kept inputs, a folder a case.
+    fn kept(&self) -> PathBuf {
+        self.folder.path().join("kept")
+    }
+
+    /// Returns the folder with the inputs of a case: those that the worker kept, or those of a case that ended the worker.
+    pub(super) fn inputs_of(&self, number: u64) -> PathBuf {
+        let kept = self.kept().join(number.to_string());
+        if kept.is_dir() { kept } else { self.of_cases() }
+    }
+
+    /// Removes all inputs.
+    fn clear(&self) -> Result<(), String> {
+        for folder in [self.of_cases(), self.kept()] {
             // Best effort: a file that remains is overwritten by the next case.
-            let _ = if is_folder {
-                fs::remove_dir_all(path)
-            } else {
-                fs::remove_file(path)
-            };
+            let _ = fs::remove_dir_all(&folder);
+            fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         }
+        Ok(())
     }
 
     /// Returns the last words of the worker on stderr.
@@ -101,7 +111,7 @@ pub(super) fn run_worker(
         if last.is_some_and(|last| state.next >= last) {
             break;
         }
-        folder.clear();
+        folder.clear()?;
         if watch(slice, options, folder, found, &mut state)? == End::Done {
             break;
         }
@@ -149,6 +159,10 @@ fn watch(
                     "end" => {
                         state.runs += 1;
                         begun = None;
+                        // Best effort, to save memory. The inputs of a last case stay, as they may be asked for.
+                        if slice.cases != Some(1) {
+                            let _ = fs::remove_dir_all(folder.kept().join(number.to_string()));
+                        }
                         if slice.until.is_some_and(|until| Instant::now() >= until) {
                             stop(&mut child);
                             return Ok(End::Done);
@@ -219,7 +233,9 @@ fn start(
         .args(["--first", &first.to_string()])
         .args(["--seed", &slice.seed.to_string()])
         .arg("--folder")
-        .arg(folder.path());
+        .arg(folder.of_cases())
+        .arg("--kept")
+        .arg(folder.kept());
     if let Some(cases) = slice.cases {
         let left = slice.first + cases - first;
         command.args(["--cases", &left.to_string()]);

@@ -13,7 +13,7 @@ use super::{Attack, Sort, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::mutations::JSON;
-use crate::seeds::texts;
+use crate::seeds::lenses;
 
 use images::GuardedImage;
 use structs::{Scene, hostile_float};
@@ -25,7 +25,7 @@ pub(crate) static TARGET: Target = Target {
     weight: 3.0,
     start: |_: &Path| {
         Box::new(CAbi {
-            lens: vec![texts::lens().into_bytes()],
+            lens: vec![lenses::lens().into_bytes()],
         })
     },
 };

@@ -7,7 +7,7 @@ use super::{Attack, Sort, Target};
 use crate::case::Case;
 use crate::finding::Kind;
 use crate::mutations::TEXT;
-use crate::seeds::texts;
+use crate::seeds::lenses;
 
 const NAME: &str = "list.txt";
 
@@ -25,7 +25,7 @@ struct Lists {
 
 impl Lists {
     fn new(folder: &Path) -> Self {
-        let set = texts::write_set(&folder.join("set"), 2);
+        let set = lenses::write_set(&folder.join("set"), 2);
         let names: Vec<&str> = set.observations.iter().map(|o| o.file.as_str()).collect();
         let list = format!("# a list\n{}\n\n", names.join("\n"));
         let one = format!("{}\n", names[0]);
@@ -79,7 +79,7 @@ impl Attack for Lists {
 fn write_lens(case: &mut Case) -> std::path::PathBuf {
     let path = case.folder.join("lens.json");
     if !path.exists() {
-        case.write("lens.json", texts::lens().as_bytes());
+        case.write("lens.json", lenses::lens().as_bytes());
     }
     path
 }

@@ -8,7 +8,7 @@ use seidel_image_io::observation_set::{ReadOptions, read};
 use super::{Attack, Sort, Target};
 use crate::case::Case;
 use crate::mutations::{JSON, TEXT};
-use crate::seeds::{self, texts};
+use crate::seeds::{self, lenses};
 
 const NAME: &str = "manifest.json";
 
@@ -27,7 +27,7 @@ struct Manifests {
 impl Manifests {
     fn new(folder: &Path) -> Self {
         let set = folder.join("set");
-        texts::write_set(&set, 3);
+        lenses::write_set(&set, 3);
         Self {
             seeds: vec![seeds::read(&set.join(NAME))],
         }

@@ -48,8 +48,11 @@ pub(crate) trait Attack {
     /// Returns the number of seeds. Case `n` begins with seed `n` modulo this number.
     fn seeds(&self) -> usize;
 
-    /// Runs a case.
+    /// Runs a case and leaves its inputs in the folder of the case.
     fn run(&mut self, case: &mut Case);
+
+    /// Prepares the folder for the next case, after the inputs of a finding were kept.
+    fn clean_up(&mut self, _folder: &Path) {}
 }
 
 /// Every target, in the order of the table.

@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::{Attack, Sort, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
+use crate::seeds::raster;
 
 pub(crate) static TARGET: Target = Target {
     name: "planted",
@@ -17,6 +18,9 @@ pub(crate) static TARGET: Target = Target {
 
 struct Planted;
 
+/// The undamaged input.
+const SOUND: &[u8] = b"sound";
+
 impl Attack for Planted {
     fn seeds(&self) -> usize {
         1
@@ -25,6 +29,7 @@ impl Attack for Planted {
     fn run(&mut self, case: &mut Case) {
         case.is_accepted = true;
         if case.inputs == Inputs::Sound {
+            case.write("input", SOUND);
             return;
         }
         case.write("input", format!("case {}", case.number).as_bytes());
@@ -42,6 +47,10 @@ impl Attack for Planted {
             8 => overflow(0),
             _ => {}
         }
+    }
+
+    fn clean_up(&mut self, folder: &Path) {
+        raster::write(&folder.join("input"), SOUND);
     }
 }
 

@@ -11,7 +11,7 @@ use super::{Attack, Sort, Target};
 use crate::case::Case;
 use crate::finding::Kind;
 use crate::mutations::{JSON, TEXT};
-use crate::seeds::texts;
+use crate::seeds::lenses;
 
 const NAME: &str = "lens.json";
 
@@ -22,7 +22,7 @@ pub(crate) static TARGET: Target = Target {
     weight: 1.0,
     start: |_| {
         Box::new(Profiles {
-            seeds: vec![texts::lens().into_bytes()],
+            seeds: vec![lenses::lens().into_bytes()],
         })
     },
 };

@@ -14,7 +14,7 @@ use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::mutations::{BINARY, EXR, JSON, Mutation, PNG, TEXT, TIFF, text};
 use crate::process::{Names, Run, check_end, check_leftovers, remove};
-use crate::seeds::{self, exr, photographs, raster, texts};
+use crate::seeds::{self, exr, lenses, photographs, raster, texts};
 
 pub(crate) use commands::{COMMANDS, command_of};
 
@@ -36,6 +36,8 @@ pub(crate) struct Input {
 /// Inputs of commands.
 pub(crate) struct Program {
     inputs: Vec<Input>,
+    /// Index of the input that the last case damaged.
+    damaged: Option<usize>,
 }
 
 impl Program {
@@ -44,7 +46,7 @@ impl Program {
         let plate = folder.join("plate.exr");
         exr::write_plate(&plate);
         let set = folder.join("set");
-        texts::write_set(&set, 24);
+        lenses::write_set(&set, 24);
         let list = "psf/0000.exr\npsf/0001.exr\npsf/0002.exr\npsf/0003.exr\n";
         let input = |name, seeds, mutations| Input {
             name,
@@ -61,7 +63,7 @@ impl Program {
             input("plate.hdr", raster::hdr(folder), BINARY),
             input("plate.jpg", raster::jpeg(), BINARY),
             input("photo.dng", photographs::dng(), TIFF),
-            input("lens.json", vec![texts::lens().into_bytes()], JSON),
+            input("lens.json", vec![lenses::lens().into_bytes()], JSON),
             input(
                 "set/manifest.json",
                 vec![seeds::read(&set.join("manifest.json"))],
@@ -76,7 +78,10 @@ impl Program {
             input("list.txt", vec![list.as_bytes().to_vec()], TEXT),
             input("config.ocio", texts::configs(), TEXT),
         ];
-        let program = Self { inputs };
+        let program = Self {
+            inputs,
+            damaged: None,
+        };
         program.write_sound(folder);
         program
     }
@@ -134,12 +139,11 @@ impl Attack for Program {
         for name in OUTPUTS {
             remove(&case.folder.join(name));
         }
-        let mut damaged = None;
         if case.inputs == Inputs::Damaged {
             if !case.rng.once_in(4) {
-                damaged = self.damage_input(case, &words);
+                self.damaged = self.damage_input(case, &words);
             }
-            if damaged.is_none() || case.rng.once_in(4) {
+            if self.damaged.is_none() || case.rng.once_in(4) {
                 change_word(case, &mut words);
             }
         }
@@ -159,10 +163,12 @@ impl Attack for Program {
         {
             case.report(Kind::Leftover, "an output of a refused command line");
         }
-        // The inputs of a finding are stored as they were.
-        if let (Some(index), true) = (damaged, case.findings.is_empty()) {
+    }
+
+    fn clean_up(&mut self, folder: &Path) {
+        if let Some(index) = self.damaged.take() {
             let input = &self.inputs[index];
-            raster::write(&case.folder.join(input.name), &input.seeds[0]);
+            raster::write(&folder.join(input.name), &input.seeds[0]);
         }
     }
 }

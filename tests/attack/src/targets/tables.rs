@@ -1,5 +1,7 @@
 //! Look-up tables, `.cube` and `.spi1d`, through a config that uses them.
 
+use std::path::{Path, PathBuf};
+
 use seidel_colour::{Config, Source};
 
 use super::ocio::use_config;
@@ -18,6 +20,7 @@ pub(crate) static CUBE: Target = Target {
         Box::new(Tables {
             seeds: texts::cubes(),
             name: "table.cube",
+            last: None,
         })
     },
 };
@@ -31,6 +34,7 @@ pub(crate) static SPI1D: Target = Target {
         Box::new(Tables {
             seeds: texts::spi1d(),
             name: "table.spi1d",
+            last: None,
         })
     },
 };
@@ -38,6 +42,8 @@ pub(crate) static SPI1D: Target = Target {
 struct Tables {
     seeds: Vec<Vec<u8>>,
     name: &'static str,
+    /// The table of the last case.
+    last: Option<PathBuf>,
 }
 
 impl Attack for Tables {
@@ -78,7 +84,11 @@ impl Attack for Tables {
             }
             Err(_) => {}
         }
-        if case.findings.is_empty() {
+        self.last = Some(path);
+    }
+
+    fn clean_up(&mut self, _folder: &Path) {
+        if let Some(path) = self.last.take() {
             // Best effort: a table that remains does no harm.
             let _ = std::fs::remove_file(path);
         }

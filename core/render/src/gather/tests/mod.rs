@@ -6,6 +6,7 @@ mod kept_kernels;
 mod properties;
 mod random_lenses;
 mod sparse;
+mod strips;
 mod windows;
 
 use super::{Gather, Quality};

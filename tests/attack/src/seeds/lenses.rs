@@ -1,0 +1,25 @@
+//! Lens profiles and observation sets.
+
+use std::path::Path;
+
+use seidel_core::observations::ObservationSet;
+use seidel_image_io::observation_set;
+
+use super::{HEIGHT, WIDTH};
+
+/// Returns the profile of a lens drawn ray by ray, for the size of the pictures.
+pub(crate) fn lens() -> String {
+    let lens = seidel::demo::lens::lens(WIDTH as u32, HEIGHT as u32);
+    lens.unwrap_or_else(|e| panic!("{e}")).to_json()
+}
+
+/// Writes an observation set of the lens with `count` PSFs into a folder.
+pub(crate) fn write_set(folder: &Path, count: usize) -> ObservationSet {
+    let lens = seidel::demo::lens::lens(WIDTH as u32, HEIGHT as u32);
+    let set = lens.and_then(|lens| seidel::demo::observations::measured(&lens));
+    let mut set = set.unwrap_or_else(|e| panic!("{e}"));
+    set.observations.truncate(count);
+    let written = observation_set::write(&set, folder);
+    written.unwrap_or_else(|e| panic!("{e}"));
+    set
+}
