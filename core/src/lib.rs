@@ -130,7 +130,7 @@ pub use diagnose::diagnose;
 pub use expansion::Margins;
 pub use image::{AlphaKind, Image};
 pub use lens::Lens;
-pub use memory::{apply_bytes, remove_bytes};
+pub use memory::{apply_bytes, layered_apply_bytes, remove_bytes};
 pub use placement::{PlatePlacement, Rectangle};
 pub use plate::{Background, Depth, DepthMeaning, DepthPass, HoldoutMatte, Plate, PlateGeometry};
 pub use plate_gap::{ChannelPlateGap, PLATE_GAP_BLOCK_PX, PlateGap, plate_gap};

@@ -119,7 +119,12 @@ impl PreparedPlate {
         let varies = matches!(self.depth.vergence(), VergencePass::PerPixel(_));
         let occlusion = varies && self.session.settings().occlusion.is_some();
         let pixels = self.placement.width as u64 * self.placement.height as u64;
-        crate::apply_bytes(pixels, self.planes().len() as u64, occlusion)
+        let bytes = if occlusion {
+            crate::layered_apply_bytes
+        } else {
+            crate::apply_bytes
+        };
+        bytes(pixels, self.planes().len() as u64)
     }
 
     /// The premultiplied planes, named as [`Self::names`]: colours, then alpha, then the alphas of single colours.

@@ -1,6 +1,6 @@
 //! Memory that a call needs, and the caller's limit on it.
 
-use seidel_core::{apply_bytes, remove_bytes};
+use seidel_core::{apply_bytes, layered_apply_bytes, remove_bytes};
 
 use crate::guard::guard;
 use crate::plate::{Plate, PlateLayout, SeidelPlate, plane_count};
@@ -32,7 +32,7 @@ pub unsafe extern "C" fn seidel_memory_needed(
         let planes = plane_count(layout.channels.unwrap_or(4), &settings) as u64;
         let pixels = layout.extent.pixels() as u64;
         output.write(match removal {
-            0 => apply_bytes(pixels, planes, hides(layout.has_depth, &settings)),
+            0 => apply_bytes_of(&layout, &settings)(pixels, planes),
             1 => remove_bytes(pixels, planes),
             other => {
                 return Err(Failure::argument(
@@ -48,17 +48,16 @@ pub unsafe extern "C" fn seidel_memory_needed(
 
 /// Checks that blurring a plate stays within the memory limit of the settings.
 pub(crate) fn check_apply_memory(plate: &Plate, settings: &Settings) -> Result<()> {
-    let occlusion = hides(plate.has_depth(), settings);
-    check(
-        |pixels, planes| apply_bytes(pixels, planes, occlusion),
-        plate,
-        settings,
-    )
+    check(apply_bytes_of(plate.layout(), settings), plate, settings)
 }
 
-/// Returns whether near surfaces of a plate hide far ones.
-fn hides(has_depth: bool, settings: &Settings) -> bool {
-    has_depth && settings.raw.occlusion == 1
+/// Returns the memory that blurring a plate of `layout` takes by pixels and planes: more where near surfaces hide far ones.
+fn apply_bytes_of(layout: &PlateLayout, settings: &Settings) -> fn(u64, u64) -> u64 {
+    if layout.has_depth && settings.raw.occlusion == 1 {
+        layered_apply_bytes
+    } else {
+        apply_bytes
+    }
 }
 
 /// Checks that removing blur from a plate stays within the memory limit of the settings.
@@ -66,7 +65,7 @@ pub(crate) fn check_removal_memory(plate: &Plate, settings: &Settings) -> Result
     check(remove_bytes, plate, settings)
 }
 
-fn check(bytes: impl Fn(u64, u64) -> u64, plate: &Plate, settings: &Settings) -> Result<()> {
+fn check(bytes: fn(u64, u64) -> u64, plate: &Plate, settings: &Settings) -> Result<()> {
     let planes = plane_count(plate.source.channels, settings) as u64;
     let needed = bytes(plate.extent().pixels() as u64, planes);
     let limit = settings.raw.memory;

@@ -168,9 +168,9 @@ impl Plate {
         }
     }
 
-    /// Returns whether there is a depth image.
-    pub(crate) fn has_depth(&self) -> bool {
-        self.layout.has_depth
+    /// Windows and channels.
+    pub(crate) fn layout(&self) -> &PlateLayout {
+        &self.layout
     }
 
     /// The data window.

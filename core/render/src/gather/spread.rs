@@ -238,7 +238,7 @@ mod tests {
                 // Mostly dark.
                 *sample = (random.unit() as f32 - 0.7).max(0.0);
             }
-            let light = || TileLight::take(&image, left, top, side).unwrap();
+            let light = || TileLight::take(&image, left, top, side).expect("light");
             let found = spread(&fir, &[light(), light(), light()], left, top);
             assert_eq!(found[0].samples, found[1].samples);
             assert_eq!(found[0].samples, found[2].samples);
