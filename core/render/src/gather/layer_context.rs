@@ -60,8 +60,9 @@ impl LayerContext {
         }
     }
 
-    /// Returns the tile sides of `lens`, those of the whole plate: sides that changed with the crop would change the light of what stays where
-    /// it is. `scene` is the scene of the crop.
+    /// Returns the tile sides of `lens` on the whole plate. `scene` is the scene of the crop.
+    ///
+    /// Sides of the crop alone would change as the crop moves, and with them the light of surfaces that stand still.
     ///
     /// # Errors
     /// A lens that cannot be drawn at some point.

@@ -6,8 +6,8 @@ use std::ops::Range;
 
 /// Square tiles of a level's pixels, anchored at the plate's top-left outer corner, or at the frame's.
 ///
-/// Tiles and nodes depend on the plate alone, not on the part to render. Those of the crops of a plate are anchored at the frame: a crop
-/// moves with what is in it, and the light of what stays must not change with it.
+/// Tiles and nodes depend on the plate alone, not on the part to render. Grids of the plate's crops are anchored at the frame. A crop
+/// grows and shrinks with the objects in it; tiles anchored at the crop would move along, and the blur of everything else would change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TileGrid {
     /// Pyramid level; its pixels are 2^level plate pixels wide.

@@ -155,7 +155,7 @@ struct Scratch {
     shares: Vec<Vec<f32>>,
 }
 
-/// [`Row::add`] for `pulp::Arch::dispatch`, which compiles it for the widest vectors of the processor.
+/// Adds row `line` of a layer's crop. `pulp::Arch::dispatch` compiles it for the widest vectors of the processor.
 struct RowAddition<'a> {
     row: &'a mut Row,
     layer: &'a BlurredLayer<'a>,
@@ -180,30 +180,14 @@ impl pulp::NullaryFnOnce for RowAddition<'_> {
             mix_of,
             scratch,
         } = self;
-        row.add(layer, mattes, line, presence_of, mix_of, scratch);
-    }
-}
-
-impl Row {
-    /// Adds row `line` of the layer's crop.
-    #[inline(always)]
-    fn add(
-        &mut self,
-        layer: &BlurredLayer,
-        mattes: &SharpMattes,
-        line: usize,
-        presence_of: &[Vec<f32>],
-        mix_of: &[usize],
-        scratch: &mut Scratch,
-    ) {
         let crop = layer.crop;
         let columns = crop.column..crop.column + crop.width;
         let from = line * crop.width..(line + 1) * crop.width;
-        let first = (crop.row + line) * self.last.len() + crop.column;
-        self.close_missed(layer.layer as i32, columns.clone());
+        let first = (crop.row + line) * row.last.len() + crop.column;
+        row.close_missed(layer.layer as i32, columns.clone());
         mattes.fill(layer, first..first + crop.width, scratch);
         scratch.shares.resize(presence_of.len(), Vec::new());
-        for (index, (mix, shares)) in self.mixes.iter_mut().zip(presence_of).enumerate() {
+        for (index, (mix, shares)) in row.mixes.iter_mut().zip(presence_of).enumerate() {
             scratch.presence.clear();
             scratch.presence.resize(crop.width, 0.0);
             for (plane, share) in layer.presence.iter().zip(shares) {
@@ -220,14 +204,16 @@ impl Row {
                 *share *= transmittance;
             }
         }
-        for ((out, plane), mix) in self.planes.iter_mut().zip(layer.planes).zip(mix_of) {
+        for ((out, plane), mix) in row.planes.iter_mut().zip(layer.planes).zip(mix_of) {
             let lines = out[columns.clone()].iter_mut().zip(&plane[from.clone()]);
             for ((out, light), share) in lines.zip(&scratch.shares[*mix]) {
                 *out += share * light;
             }
         }
     }
+}
 
+impl Row {
     /// Closes surfaces where layers between the last one and `layer` were empty.
     #[inline(always)]
     fn close_missed(&mut self, layer: i32, columns: std::ops::Range<usize>) {
