@@ -1,5 +1,7 @@
 //! A photograph of one channel, binned, and the filters that registration compares.
 
+use rayon::prelude::*;
+
 use crate::photograph::Photograph;
 
 use super::picture::Grid;
@@ -91,31 +93,27 @@ impl Plane {
             .map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp())
             .collect();
         let total: f64 = weights.iter().sum();
-        let pass = |values: &[f64], length: usize, stride: usize, start: usize, out: &mut [f64]| {
-            for at in 0..length as i64 {
-                let sum: f64 = (weights.iter().zip(-radius..=radius))
-                    .map(|(w, k)| {
-                        let near = (at + k).clamp(0, length as i64 - 1) as usize;
-                        w * values[start + near * stride]
-                    })
-                    .sum();
-                out[start + at as usize * stride] = sum / total;
-            }
-        };
+        let near =
+            |at: usize, k: i64, length: usize| (at as i64 + k).clamp(0, length as i64 - 1) as usize;
         let mut along = vec![0.0; self.values.len()];
-        for row in 0..self.rows {
-            pass(
-                &self.values,
-                self.columns,
-                1,
-                row * self.columns,
-                &mut along,
-            );
-        }
+        let rows = along.par_chunks_exact_mut(self.columns);
+        let lines = self.values.par_chunks_exact(self.columns);
+        rows.zip(lines).for_each(|(out, line)| {
+            let padded: Vec<f64> = (-radius..self.columns as i64 + radius)
+                .map(|at| line[near(0, at, self.columns)])
+                .collect();
+            for (first, weight) in weights.iter().enumerate() {
+                add_weighted(out, &padded[first..], *weight);
+            }
+        });
         let mut values = vec![0.0; self.values.len()];
-        for column in 0..self.columns {
-            pass(&along, self.rows, self.columns, column, &mut values);
-        }
+        let rows = values.par_chunks_exact_mut(self.columns).enumerate();
+        rows.for_each(|(row, out)| {
+            for (weight, k) in weights.iter().zip(-radius..=radius) {
+                let first = near(row, k, self.rows) * self.columns;
+                add_weighted(out, &along[first..], *weight / (total * total));
+            }
+        });
         Self { values, ..*self }
     }
 
@@ -160,5 +158,12 @@ impl Plane {
             *value /= (square + floor).sqrt();
         }
         band
+    }
+}
+
+/// Adds `values` times `weight` to `sums`, as many as there are sums.
+fn add_weighted(sums: &mut [f64], values: &[f64], weight: f64) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += weight * value;
     }
 }
