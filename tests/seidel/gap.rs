@@ -79,15 +79,37 @@ fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
     diagnosed(&fit.lens, &case.real, library)
 }
 
+/// Lenses fitted to designs. Cases of one seed have the same design, whose fit takes longer than the diagnosis.
+#[derive(Default)]
+struct Fits(Vec<(ObservationSet, LensProfile)>);
+
+impl Fits {
+    fn lens(&mut self, design: ObservationSet) -> LensProfile {
+        if let Some((_, lens)) = self.0.iter().find(|(known, _)| *known == design) {
+            return lens.clone();
+        }
+        let fit = fit_pupil(
+            std::slice::from_ref(&design),
+            &PupilSettings::default(),
+            &no_progress,
+        );
+        let lens = fit.expect("a sound design").lens;
+        self.0.push((design, lens.clone()));
+        lens
+    }
+}
+
 #[test]
 fn every_effect_alone_is_identified() {
+    let mut fits = Fits::default();
     let missed: Vec<String> = effects::causes()
         .enumerate()
         .filter_map(|(index, effect)| {
             let like = CONFUSABLE.iter().find(|(id, _)| *id == effect.id());
             let (id, like) = like.expect("every effect has something like it");
             let library: Vec<&str> = [*id].iter().chain(*like).copied().collect();
-            let found = blind(Kind::Single(id), 7000 + index as u64, &library);
+            let case = seidel_trial::draw(&recipe(Kind::Single(id), 7000 + index as u64 % 3));
+            let found = diagnosed(&fits.lens(case.design), &case.real, &library);
             let named = found.verdict == Verdict::Explained && found.added == [effect.id()];
             let proved = found.gap.closed > 0.9;
             let report = format!(
