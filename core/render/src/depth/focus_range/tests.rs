@@ -172,7 +172,7 @@ fn a_maximum_below_the_kernels_in_focus_draws_everything_as_in_focus() {
     // The sharpest vergence is found to a thousandth of the blur there.
     let ratio = stated / in_focus;
     assert!((ratio - 1.0).abs() < 1e-3, "{stated} {in_focus}");
-    for v in vergences() {
+    for v in vergences().step_by(37) {
         assert!(largest(&MADE, range.vergence(v)) < 1.002 * in_focus, "{v}");
     }
 }
