@@ -1,9 +1,10 @@
 //! Shots in motion: what does not move stays still, and focus moves as smoothly as with exact kernels.
 
 use seidel_core::{
-    Controls, Depth, DepthPass, Image, Lens, ObjectDistance, Plate, Quality, Settings, apply,
-    no_progress,
+    Controls, Depth, DepthPass, Image, Lens, LensSession, ObjectDistance, Plate, Quality, Settings,
+    apply, no_progress, render::RenderWindow,
 };
+use std::sync::Arc;
 
 fn lens() -> Lens {
     Lens::from_json(include_str!("data/lens.json")).expect("a lens profile")
@@ -69,6 +70,39 @@ fn focused_at(metres: f64, quality: Quality) -> Settings {
 fn rendered(lens: &Lens, plate: &Plate, settings: &Settings) -> Vec<f32> {
     let image = apply(lens, plate, settings, &no_progress).expect("a render");
     image.to_interleaved()
+}
+
+/// Only what the window needs is drawn, with the same kernels at the same places.
+#[test]
+fn a_window_of_a_plate_in_depth_is_a_part_of_the_whole() {
+    const SIZE: [usize; 2] = [480, 270];
+    let card = Card {
+        sides: [150.0, 80.0, 230.0, 200.0],
+        metres: 1.2,
+    };
+    let settings = focused_at(2.0, Quality::Final);
+    let session = LensSession::new(&lens(), &settings).expect("a session");
+    let plate = Arc::new(session).prepare(plate(SIZE, LEAVES, &card));
+    let plate = plate.expect("a sound plate");
+    let whole = plate.apply(&no_progress).expect("a render");
+    for [column, row, width, height] in [[0, 0, 120, 68], [200, 150, 90, 60], [470, 0, 10, 270]] {
+        let window = RenderWindow {
+            column,
+            row,
+            width,
+            height,
+        };
+        let part = plate.apply_window(window, &no_progress).expect("a render");
+        for (part, whole) in part.iter().zip(&whole) {
+            let lines = part.chunks_exact(width).zip(row..);
+            let apart = lines.flat_map(|(line, y)| {
+                let expected = &whole[y * SIZE[0] + column..][..width];
+                line.iter().zip(expected).map(|(a, b)| a - b)
+            });
+            let apart = farthest(apart);
+            assert!(apart == 0.0, "{window:?}: {apart:e}");
+        }
+    }
 }
 
 fn farthest(differences: impl Iterator<Item = f32>) -> f32 {

@@ -164,6 +164,22 @@ impl RenderWindow {
         }
     }
 
+    /// Returns the part that both have; `None` without any.
+    pub(crate) fn overlap(self, other: Self) -> Option<Self> {
+        let common = |[a, b]: [usize; 2], [length_a, length_b]: [usize; 2]| {
+            let (first, end) = (a.max(b), (a + length_a).min(b + length_b));
+            (first < end).then(|| (first, end - first))
+        };
+        let (column, width) = common([self.column, other.column], [self.width, other.width])?;
+        let (row, height) = common([self.row, other.row], [self.height, other.height])?;
+        Some(Self {
+            column,
+            row,
+            width,
+            height,
+        })
+    }
+
     /// Returns this part of `samples`, a plane `width` columns wide.
     pub(crate) fn cut(&self, width: usize, samples: &[f32]) -> Vec<f32> {
         let rows = samples.chunks_exact(width).skip(self.row).take(self.height);

@@ -8,7 +8,7 @@ use super::highlight_search::{HighlightBlock, find_highlights};
 use super::image::{Image, Rect, Size};
 use super::lens_probe::LensProbe;
 use crate::scatter::Source;
-use crate::{Plane, RenderWindow, Scene, cancelled};
+use crate::{Plane, PlateMap, RenderWindow, Scene, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
@@ -78,12 +78,15 @@ impl<'a> HighlightSplit<'a> {
         Self { rest, blocks }
     }
 
-    /// Removes the highlights of tiles of `side` pixels that hold many and returns their light, one image for each of the `count`
-    /// planes; empty ones for planes without.
-    pub(super) fn take_crowded(&mut self, count: usize, side: usize) -> Vec<Image> {
+    /// Removes the highlights of tiles of `side` pixels, fixed to the frame, that hold many and returns their light, one image for each
+    /// of the `count` planes; empty ones for planes without.
+    pub(super) fn take_crowded(&mut self, count: usize, side: usize, map: &PlateMap) -> Vec<Image> {
+        let before = map.place_in_cell(side);
+        let tile =
+            |(row, column): (usize, usize)| ((row + before[1]) / side, (column + before[0]) / side);
         let blocks = self.blocks.iter_mut();
         let crowded: Vec<_> = blocks
-            .map(|block| block.take_crowded(side, count))
+            .map(|block| block.take_crowded(&tile, count))
             .collect();
         (0..count)
             .map(|plane| image_of_pixels(&crowded, plane, count))
@@ -181,12 +184,15 @@ impl HighlightBlock {
         block
     }
 
-    /// Takes out the highlights of tiles of `side` pixels that hold many, with light in `count` planes.
-    fn take_crowded(&mut self, side: usize, count: usize) -> Self {
-        let tile = |&(row, column): &(usize, usize)| (row / side, column / side);
+    /// Takes out the highlights of tiles that hold many, with light in `count` planes; `tile` returns the tile of a row and column.
+    fn take_crowded(
+        &mut self,
+        tile: &dyn Fn((usize, usize)) -> (usize, usize),
+        count: usize,
+    ) -> Self {
         let mut counts: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for pixel in &self.pixels {
-            *counts.entry(tile(pixel)).or_default() += 1;
+            *counts.entry(tile(*pixel)).or_default() += 1;
         }
         let all = std::mem::take(&mut self.pixels);
         let excess = std::mem::take(&mut self.excess);
@@ -195,7 +201,7 @@ impl HighlightBlock {
             excess: Vec::new(),
         };
         for (pixel, excess) in all.into_iter().zip(excess.chunks(count.max(1))) {
-            let is_crowded = counts[&tile(&pixel)] >= CROWD;
+            let is_crowded = counts[&tile(pixel)] >= CROWD;
             let block = if is_crowded { &mut crowded } else { &mut *self };
             block.pixels.push(pixel);
             block.excess.extend(excess);

@@ -17,12 +17,16 @@
 use super::Holdout;
 use crate::RenderWindow;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// The presence e below which a layer begins to close the surface in front of it.
 const EMPTY: f32 = 0.02;
 
-/// The composite of the layers so far.
+/// The composite of the layers so far, in a window of the plate.
 pub(super) struct Compositor {
+    window: RenderWindow,
+    /// Columns of the plate.
+    plate_width: usize,
     rows: Vec<Row>,
     /// For each channel mix, the weight of each presence plane.
     presence_of: Vec<Vec<f32>>,
@@ -30,7 +34,7 @@ pub(super) struct Compositor {
     mix_of: Vec<usize>,
 }
 
-/// A row of the plate.
+/// A row of the window.
 struct Row {
     /// Index of the last layer at each pixel; surfaces are closed where one is missing.
     last: Vec<i32>,
@@ -79,15 +83,16 @@ pub(super) struct Outline<'a> {
 }
 
 impl Compositor {
-    /// An empty composite of `width` x `height` pixels.
+    /// An empty composite of the `window` of a plate of `plate_width` columns.
     ///
     /// `presence_of` holds the weight of each presence plane for each channel mix, `mix_of` the mix of each plane.
     pub(super) fn new(
-        width: usize,
-        height: usize,
+        window: RenderWindow,
+        plate_width: usize,
         presence_of: Vec<Vec<f32>>,
         mix_of: Vec<usize>,
     ) -> Self {
+        let RenderWindow { width, height, .. } = window;
         let row = || Row {
             last: vec![i32::MAX; width],
             mixes: vec![
@@ -101,6 +106,8 @@ impl Compositor {
             planes: vec![vec![0.0; width]; mix_of.len()],
         };
         Self {
+            window,
+            plate_width,
             rows: (0..height).map(|_| row()).collect(),
             presence_of,
             mix_of,
@@ -109,15 +116,25 @@ impl Compositor {
 
     /// Adds a layer behind those before it.
     pub(super) fn add(&mut self, layer: &BlurredLayer, mattes: &SharpMattes) {
-        let RenderWindow { row, height, .. } = layer.crop;
+        let Some(seen) = self.window.overlap(layer.crop) else {
+            return;
+        };
+        let (window, plate_width) = (self.window, self.plate_width);
         let (presence_of, mix_of) = (&self.presence_of, &self.mix_of);
-        let rows = self.rows[row..row + height].par_iter_mut().enumerate();
+        let first = seen.row - window.row;
+        let rows = self.rows[first..first + seen.height]
+            .par_iter_mut()
+            .enumerate();
         rows.for_each_init(Scratch::default, |scratch, (line, row)| {
+            let line = seen.row + line;
+            let within = (line - layer.crop.row) * layer.crop.width + seen.column;
             let add = RowAddition {
                 row,
                 layer,
                 mattes,
-                line,
+                columns: of_length(seen.column - window.column, seen.width),
+                within_crop: of_length(within - layer.crop.column, seen.width),
+                on_plate: of_length(line * plate_width + seen.column, seen.width),
                 presence_of,
                 mix_of,
                 scratch,
@@ -143,6 +160,11 @@ impl Compositor {
     }
 }
 
+/// Returns the range of `length` from `start`.
+fn of_length(start: usize, length: usize) -> Range<usize> {
+    start..start + length
+}
+
 /// Buffers of a row.
 #[derive(Default)]
 struct Scratch {
@@ -155,12 +177,17 @@ struct Scratch {
     shares: Vec<Vec<f32>>,
 }
 
-/// Adds row `line` of a layer's crop. `pulp::Arch::dispatch` compiles it for the widest vectors of the processor.
+/// Adds a row of a layer's crop. `pulp::Arch::dispatch` compiles it for the widest vectors of the processor.
 struct RowAddition<'a> {
     row: &'a mut Row,
     layer: &'a BlurredLayer<'a>,
     mattes: &'a SharpMattes<'a>,
-    line: usize,
+    /// Columns of the window.
+    columns: Range<usize>,
+    /// Indices of these pixels in the crop.
+    within_crop: Range<usize>,
+    /// Indices of these pixels on the plate.
+    on_plate: Range<usize>,
     presence_of: &'a [Vec<f32>],
     mix_of: &'a [usize],
     scratch: &'a mut Scratch,
@@ -175,37 +202,37 @@ impl pulp::NullaryFnOnce for RowAddition<'_> {
             row,
             layer,
             mattes,
-            line,
+            columns,
+            within_crop,
+            on_plate,
             presence_of,
             mix_of,
             scratch,
         } = self;
-        let crop = layer.crop;
-        let columns = crop.column..crop.column + crop.width;
-        let from = line * crop.width..(line + 1) * crop.width;
-        let first = (crop.row + line) * row.last.len() + crop.column;
         row.close_missed(layer.layer as i32, columns.clone());
-        mattes.fill(layer, first..first + crop.width, scratch);
+        mattes.fill(layer, on_plate, scratch);
         scratch.shares.resize(presence_of.len(), Vec::new());
         for (index, (mix, shares)) in row.mixes.iter_mut().zip(presence_of).enumerate() {
             scratch.presence.clear();
-            scratch.presence.resize(crop.width, 0.0);
+            scratch.presence.resize(columns.len(), 0.0);
             for (plane, share) in layer.presence.iter().zip(shares) {
                 if *share != 0.0 {
-                    for (sum, m) in scratch.presence.iter_mut().zip(&plane[from.clone()]) {
+                    for (sum, m) in scratch.presence.iter_mut().zip(&plane[within_crop.clone()]) {
                         *sum += share * m;
                     }
                 }
             }
             let out = &mut scratch.shares[index];
-            out.resize(crop.width, 0.0);
+            out.resize(columns.len(), 0.0);
             mix.add(columns.clone(), &scratch.presence, &scratch.outline, out);
             for (share, transmittance) in out.iter_mut().zip(&scratch.holdout) {
                 *share *= transmittance;
             }
         }
         for ((out, plane), mix) in row.planes.iter_mut().zip(layer.planes).zip(mix_of) {
-            let lines = out[columns.clone()].iter_mut().zip(&plane[from.clone()]);
+            let lines = out[columns.clone()]
+                .iter_mut()
+                .zip(&plane[within_crop.clone()]);
             for ((out, light), share) in lines.zip(&scratch.shares[*mix]) {
                 *out += share * light;
             }
@@ -216,7 +243,7 @@ impl pulp::NullaryFnOnce for RowAddition<'_> {
 impl Row {
     /// Closes surfaces where layers between the last one and `layer` were empty.
     #[inline(always)]
-    fn close_missed(&mut self, layer: i32, columns: std::ops::Range<usize>) {
+    fn close_missed(&mut self, layer: i32, columns: Range<usize>) {
         let last = &mut self.last[columns.clone()];
         for mix in &mut self.mixes {
             let state = mix.transmittance[columns.clone()]
@@ -238,7 +265,7 @@ impl MixRow {
     #[inline(always)]
     fn add(
         &mut self,
-        columns: std::ops::Range<usize>,
+        columns: Range<usize>,
         presence: &[f32],
         outline: &[f32],
         shares: &mut [f32],
@@ -289,7 +316,7 @@ impl SharpMattes<'_> {
 
     /// Computes the transmittance in front of a layer at the plate's pixels `range`.
     #[inline(always)]
-    fn fill(&self, layer: &BlurredLayer, range: std::ops::Range<usize>, scratch: &mut Scratch) {
+    fn fill(&self, layer: &BlurredLayer, range: Range<usize>, scratch: &mut Scratch) {
         let Scratch {
             holdout: through_holdout,
             outline: through_outline,

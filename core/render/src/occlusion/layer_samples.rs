@@ -7,6 +7,7 @@ use super::disocclusion::ExtraSamples;
 use crate::scatter::kernel_reach;
 use crate::{Plane, RenderWindow, Scene};
 use rayon::prelude::*;
+use seidel_optics::psf::KernelBounds;
 
 /// Side of the blocks that crops consist of, on a grid fixed to the frame, px.
 const BLOCK_PX: usize = 32;
@@ -55,6 +56,33 @@ impl Blocks {
             .min(self.size[axis])
     }
 
+    /// Returns the blocks whose light gets to `window`.
+    ///
+    /// Their borders are as far from the window as light gets to either side: what crosses a border is mirrored there, and comes back
+    /// by no more than that. One more block is for what coarse levels of the image add to the reach.
+    fn needed(&self, window: RenderWindow, reach: &KernelBounds) -> BlockRect {
+        let along = |axis: usize, first: usize, length: usize, before: f64, after: f64| {
+            let reach = before.max(after).ceil() as usize + BLOCK_PX;
+            let last = (first + length - 1 + reach).min(self.size[axis] - 1);
+            let first = first.saturating_sub(reach);
+            (self.holding(axis, first), self.holding(axis, last) + 1)
+        };
+        let (left, right) = along(
+            0,
+            window.column,
+            window.width,
+            reach.left_px,
+            reach.right_px,
+        );
+        let (top, bottom) = along(1, window.row, window.height, reach.up_px, reach.down_px);
+        BlockRect {
+            left,
+            top,
+            right,
+            bottom,
+        }
+    }
+
     /// Returns the part of the plate under a rectangle of blocks.
     fn crop(&self, blocks: BlockRect) -> RenderWindow {
         let (column, row) = (self.first(0, blocks.left), self.first(1, blocks.top));
@@ -96,6 +124,16 @@ impl BlockRect {
         }
     }
 
+    /// Returns the rectangle that both have; `None` without any.
+    fn overlap(self, other: Self) -> Option<Self> {
+        self.overlaps(&other).then(|| Self {
+            left: self.left.max(other.left),
+            top: self.top.max(other.top),
+            right: self.right.min(other.right),
+            bottom: self.bottom.min(other.bottom),
+        })
+    }
+
     fn overlaps(&self, other: &Self) -> bool {
         self.left < other.right
             && other.left < self.right
@@ -105,14 +143,19 @@ impl BlockRect {
 }
 
 impl LayerSource<'_> {
-    /// Returns the crops of the plate that the light of each layer reaches. Crops of a layer do not overlap, and no light
-    /// of one reaches another.
-    pub(super) fn crops(&self, scene: &Scene, layers: &DepthLayers) -> Vec<Vec<RenderWindow>> {
+    /// Returns the crops of the plate that the light of each layer reaches, without what is too far from `window` for its light to get
+    /// there. Crops of a layer do not overlap, and no light of one reaches another.
+    pub(super) fn crops(
+        &self,
+        scene: &Scene,
+        layers: &DepthLayers,
+        window: RenderWindow,
+    ) -> Vec<Vec<RenderWindow>> {
         let blocks = Blocks::new(scene);
         let lit = self.lit(&blocks, layers);
         lit.par_iter()
             .enumerate()
-            .map(|(layer, lit)| reached_crops(scene, &blocks, lit, layers.vergence(layer)))
+            .map(|(layer, lit)| reached_crops(scene, &blocks, lit, layers.vergence(layer), window))
             .collect()
     }
 
@@ -234,8 +277,14 @@ pub(super) fn share(own: f32, coordinate: f32) -> f32 {
     (1.0 - (own - coordinate).abs()).max(0.0)
 }
 
-/// Returns the crops of the plate that light from the blocks `lit`, all at `vergence`, reaches.
-fn reached_crops(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<RenderWindow> {
+/// Returns the crops of the plate that light from the blocks `lit`, all at `vergence`, reaches, as far as `window` needs them.
+fn reached_crops(
+    scene: &Scene,
+    blocks: &Blocks,
+    lit: &[bool],
+    vergence: f64,
+    window: RenderWindow,
+) -> Vec<RenderWindow> {
     let one = |index: usize| BlockRect::one(index % blocks.columns, index / blocks.columns);
     let indices = || (0..lit.len()).filter(|index| lit[*index]);
     let Some(all) = indices().map(one).reduce(BlockRect::union) else {
@@ -257,8 +306,13 @@ fn reached_crops(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) ->
             covered[y * blocks.columns + left..y * blocks.columns + right].fill(true);
         }
     }
+    let needed = blocks.needed(window, &reach);
     let rects = disjoint(islands(&mut covered, blocks.columns));
-    rects.into_iter().map(|rect| blocks.crop(rect)).collect()
+    rects
+        .into_iter()
+        .filter_map(|rect| rect.overlap(needed))
+        .map(|rect| blocks.crop(rect))
+        .collect()
 }
 
 /// Returns the bounding rectangles of the connected components of `covered`, rows of `columns`; clears `covered`.

@@ -106,22 +106,21 @@ impl Renderer for LayeredRenderer<'_> {
         scene.check(planes)?;
         window.check(scene)?;
         self.settings.check(scene, planes.len())?;
-        let mut rendered = match scene.vergence {
+        match scene.vergence {
             VergencePass::Constant(vergence) => {
-                let mut rendered = self.inner.render(scene, planes, progress)?;
-                self.settings.hold_out(vergence, &mut rendered.planes);
-                rendered
+                let mut rendered = self.inner.render_window(scene, planes, window, progress)?;
+                let held = &mut rendered.planes;
+                self.settings.hold_out(vergence, scene.width, window, held);
+                Ok(rendered)
             }
             VergencePass::PerPixel(pass) if !planes.is_empty() => {
-                self.render_layers(scene, pass, planes, progress)?
+                self.render_layers(scene, pass, planes, window, progress)
             }
-            VergencePass::PerPixel(_) => Rendered {
+            VergencePass::PerPixel(_) => Ok(Rendered {
                 planes: Vec::new(),
                 statistics: RenderStatistics::default(),
-            },
-        };
-        rendered.planes = window.cut_planes(scene, rendered.planes);
-        Ok(rendered)
+            }),
+        }
     }
 }
 
@@ -163,14 +162,17 @@ impl Occlusion<'_> {
         Ok(())
     }
 
-    /// Applies the holdout to planes at one vergence.
-    fn hold_out(&self, vergence: f64, planes: &mut [Vec<f32>]) {
+    /// Applies the holdout to planes at one vergence, in a `window` of a plate of `width` columns.
+    fn hold_out(&self, vergence: f64, width: usize, window: RenderWindow, planes: &mut [Vec<f32>]) {
         let Some(holdout) = self.holdout else {
             return;
         };
         for plane in planes {
-            for (index, sample) in plane.iter_mut().enumerate() {
-                *sample *= holdout.transmittance(vergence, index);
+            for (line, row) in plane.chunks_exact_mut(window.width).zip(window.row..) {
+                let first = row * width + window.column;
+                for (sample, index) in line.iter_mut().zip(first..) {
+                    *sample *= holdout.transmittance(vergence, index);
+                }
             }
         }
     }
@@ -194,6 +196,7 @@ impl LayeredRenderer<'_> {
         scene: &Scene,
         pass: &[f32],
         planes: &[Plane],
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
         let fold = |start: f32, pick: fn(f32, f32) -> f32| pass.iter().copied().fold(start, pick);
@@ -262,12 +265,12 @@ impl LayeredRenderer<'_> {
         };
         let mixes = PresenceMixes::new(planes);
         let mut composite = Compositor::new(
+            window,
             scene.width,
-            scene.height,
             mixes.presence_of.clone(),
             mixes.mix_of.clone(),
         );
-        let crops = source.crops(scene, &layers);
+        let crops = source.crops(scene, &layers, window);
         let layer_blur = LayerBlur {
             inner: self.inner,
             mixes: &mixes,
@@ -317,6 +320,7 @@ impl LayeredRenderer<'_> {
         }
         let cut = LightCut {
             scene,
+            window,
             layers: &layers,
             blur: &blur,
             coordinates: &coordinates,

@@ -1,7 +1,7 @@
 //! The blurred light of a few pixels in one plane.
 
 use crate::scatter::fold;
-use crate::{LocalKernel, Scene};
+use crate::{LocalKernel, RenderWindow, Scene};
 
 /// The blurred light of a few pixels in one plane.
 pub(super) struct LightDisc {
@@ -91,10 +91,21 @@ impl LightDisc {
         Some(&mut self.samples[line * self.width..][..self.width])
     }
 
-    /// Adds the light to a plane of the plate.
-    pub(super) fn add(&self, out: &mut [f32], scene: &Scene, transmittance: impl Fn(usize) -> f32) {
+    /// Adds the light to `out`, a `window` of a plane. `transmittance` takes the index of a pixel of the plate.
+    pub(super) fn add(
+        &self,
+        out: &mut [f32],
+        scene: &Scene,
+        window: RenderWindow,
+        transmittance: impl Fn(usize) -> f32,
+    ) {
+        let place =
+            |at: usize, first: usize, size: usize| at.checked_sub(first).filter(|k| *k < size);
         for (line, samples) in self.samples.chunks_exact(self.width.max(1)).enumerate() {
-            let Some(row) = fold(self.top + line as i32, scene.height, scene.edges) else {
+            let row = fold(self.top + line as i32, scene.height, scene.edges);
+            let Some((row, y)) =
+                row.and_then(|row| Some((row, place(row, window.row, window.height)?)))
+            else {
                 continue;
             };
             for (k, sample) in samples.iter().enumerate() {
@@ -102,9 +113,10 @@ impl LightDisc {
                     continue;
                 }
                 let column = fold(self.left + k as i32, scene.width, scene.edges);
-                if let Some(column) = column {
-                    let index = row * scene.width + column;
-                    out[index] += sample * transmittance(index);
+                let column = column
+                    .and_then(|column| Some((column, place(column, window.column, window.width)?)));
+                if let Some((column, x)) = column {
+                    out[y * window.width + x] += sample * transmittance(row * scene.width + column);
                 }
             }
         }

@@ -21,6 +21,7 @@ use super::depth_layers::DepthLayers;
 use super::disocclusion::LayeredPlate;
 use super::layer_samples::{cropped_scene, share};
 use crate::gather::find_highlights;
+use crate::scatter::kernel_reach;
 use crate::{LocalKernel, LocalKernels, Plane, RenderWindow, Scene, cancelled};
 use light_disc::LightDisc;
 use nearby_range::NearbyRange;
@@ -145,8 +146,8 @@ impl<'a> CutLights<'a> {
         .collect()
     }
 
-    /// Adds the blurred lights, each cut by the surfaces of `input` in front of it, to `out`. `transmittance` returns the share
-    /// of light at a vergence and layer coordinate that passes sharp mattes at a pixel.
+    /// Adds the blurred lights, each cut by the surfaces in front of it, to `out`, the planes of the window of `cut`. `transmittance`
+    /// returns the share of light at a vergence and layer coordinate that passes sharp mattes at a pixel of the plate.
     ///
     /// # Errors
     /// A lens that cannot be drawn at a light, and a cancelled render.
@@ -159,7 +160,8 @@ impl<'a> CutLights<'a> {
     ) -> Result<()> {
         /// Cells drawn before they are added: bounds the memory taken.
         const WAVE: usize = 32;
-        for wave in self.cells.chunks(WAVE) {
+        let seen: Vec<&CellLights> = self.cells.iter().filter(|cell| cut.is_seen(cell)).collect();
+        for wave in seen.chunks(WAVE) {
             let discs: Vec<Vec<LightDisc>> = wave
                 .par_iter()
                 .map(|cell| cut.discs(cell, &self.surfaces))
@@ -167,7 +169,7 @@ impl<'a> CutLights<'a> {
             out.par_iter_mut().enumerate().for_each(|(plane, out)| {
                 for (cell, discs) in wave.iter().zip(&discs) {
                     for disc in discs.iter().filter(|disc| disc.plane == plane) {
-                        disc.add(out, cut.scene, |index| {
+                        disc.add(out, cut.scene, cut.window, |index| {
                             transmittance(disc.vergence, cell.coordinate, index)
                         });
                     }
@@ -224,6 +226,8 @@ fn middle(pixels: impl Iterator<Item = (usize, usize)>) -> (f64, f64) {
 /// The surfaces that cut discs of lights.
 pub(super) struct LightCut<'a> {
     pub(super) scene: &'a Scene<'a>,
+    /// The part of the plate to render.
+    pub(super) window: RenderWindow,
     pub(super) layers: &'a DepthLayers,
     pub(super) blur: &'a SignedBlur,
     /// Layer coordinate of every pixel.
@@ -233,6 +237,34 @@ pub(super) struct LightCut<'a> {
 }
 
 impl LightCut<'_> {
+    /// Returns whether light of a cell may get to the window.
+    fn is_seen(&self, cell: &CellLights) -> bool {
+        let (low, high) = self.layers.around(cell.coordinate);
+        let (column, row) = cell.pixels[0];
+        let near = RenderWindow {
+            column,
+            row,
+            width: 1,
+            height: 1,
+        };
+        [low, high].into_iter().any(|layer| {
+            let reach = kernel_reach(self.scene, near, self.layers.vergence(layer));
+            let is_near = |at: usize, first: usize, length: usize, before: f64, after: f64| {
+                let reach = before.max(after) + CELL_PX as f64;
+                let at = at as f64;
+                at + reach >= first as f64 && at - reach <= (first + length) as f64
+            };
+            let RenderWindow { width, height, .. } = self.window;
+            is_near(
+                column,
+                self.window.column,
+                width,
+                reach.left_px,
+                reach.right_px,
+            ) && is_near(row, self.window.row, height, reach.up_px, reach.down_px)
+        })
+    }
+
     /// Returns the cut discs of a cell, one for each pixel and plane with light.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 mod blur_map;
 mod range;
+mod windows;
 
 use super::depth_layers::STEP_SHARE;
 use super::*;
