@@ -202,9 +202,6 @@ pub(super) fn upsample_tile(
     }
 }
 
-/// Lanes of sums that are kept in registers.
-const LANES: usize = 16;
-
 /// A weighted sum of up to [`TAPS`] lines as long as `out`, in the order added.
 struct WeightedSum<'a> {
     out: &'a mut [f32],
@@ -236,24 +233,20 @@ impl pulp::WithSimd for WeightedSum<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let lines = &self.lines[..self.count];
-        let (blocks, rest) = self.out.as_chunks_mut::<LANES>();
-        let whole = blocks.len() * LANES;
-        for (block, out) in blocks.iter_mut().enumerate() {
-            let mut sum = [0.0_f32; LANES];
-            for (line, gain) in lines {
-                let line = &line[block * LANES..][..LANES];
-                for (sum, sample) in sum.iter_mut().zip(line) {
-                    *sum += gain * sample;
-                }
+        let Self { out, lines, count } = self;
+        out.fill(0.0);
+        // Some lines at a time: with all of them in one loop, the compiler makes it a scalar one.
+        let (groups, rest) = lines[..count].as_chunks::<4>();
+        for [(a, ga), (b, gb), (c, gc), (d, gd)] in groups {
+            let samples = a.iter().zip(*b).zip(c.iter().zip(*d));
+            for (out, ((a, b), (c, d))) in out.iter_mut().zip(samples) {
+                *out = *out + ga * a + gb * b + gc * c + gd * d;
             }
-            *out = sum;
         }
-        for (k, out) in rest.iter_mut().enumerate() {
-            *out = lines
-                .iter()
-                .map(|(line, gain)| gain * line[whole + k])
-                .sum();
+        for (line, gain) in rest {
+            for (out, sample) in out.iter_mut().zip(*line) {
+                *out += gain * sample;
+            }
         }
     }
 }

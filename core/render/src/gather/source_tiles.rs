@@ -191,17 +191,22 @@ impl LevelSquares {
             let tile = lens.tolerance.min_tile_for(lens.model);
             tile << level <= sides.at(*level)
         });
+        // Up to four squares share a corner.
+        let mut known: Vec<Option<f64>> = vec![None; (columns + 1) * (rows + 1)];
+        let mut sigma_at = |row: usize, column: usize| {
+            *known[row * (columns + 1) + column].get_or_insert_with(|| {
+                let x = first_pixel(column, before[0], size.width);
+                let y = first_pixel(row, before[1], size.height);
+                lens.min_sigma((x as f64, y as f64))
+            })
+        };
         let level_of = |index: usize| {
             let (row, column) = (index / columns, index % columns);
             if !lit.contains(&GridIndex::new(row as i32, column as i32)) {
                 return None;
             }
             let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];
-            let sigmas = corners.map(|(y, x)| {
-                let x = first_pixel(column + x, before[0], size.width);
-                let y = first_pixel(row + y, before[1], size.height);
-                lens.min_sigma((x as f64, y as f64))
-            });
+            let sigmas = corners.map(|(y, x)| sigma_at(row + y, column + x));
             let sigma = sigmas.into_iter().fold(f64::INFINITY, f64::min);
             let level = (sigma / narrowest).log2().floor().max(0.0) as u32;
             Some(level.min(most.unwrap_or(0)))

@@ -8,9 +8,13 @@ use crate::scatter::kernel_reach;
 use crate::{Plane, RenderWindow, Scene};
 use rayon::prelude::*;
 use seidel_optics::psf::KernelBounds;
+use std::collections::BTreeMap;
 
 /// Side of the blocks that crops consist of, on a grid fixed to the frame, px.
 const BLOCK_PX: usize = 32;
+
+/// Side of the cells whose light has one reach, blocks.
+const CELL_BLOCKS: usize = 8;
 
 /// The samples to cut into layers: the visible ones and those in addition.
 pub(super) struct LayerSource<'a> {
@@ -286,11 +290,21 @@ fn reached_crops(
     window: RenderWindow,
 ) -> Vec<RenderWindow> {
     let one = |index: usize| BlockRect::one(index % blocks.columns, index / blocks.columns);
-    let indices = || (0..lit.len()).filter(|index| lit[*index]);
-    let Some(all) = indices().map(one).reduce(BlockRect::union) else {
+    // Blur grows over the field: each cell has a reach of its own.
+    let cell_of = |block: BlockRect| (block.top / CELL_BLOCKS, block.left / CELL_BLOCKS);
+    let mut cells: BTreeMap<(usize, usize), BlockRect> = BTreeMap::new();
+    for block in (0..lit.len()).filter(|index| lit[*index]).map(one) {
+        let cell = cells.entry(cell_of(block)).or_insert(block);
+        *cell = cell.union(block);
+    }
+    let reach_of = |(cell, lit): (_, BlockRect)| {
+        let reach = kernel_reach(scene, blocks.crop(lit), vergence);
+        (cell, reach)
+    };
+    let reaches: BTreeMap<_, KernelBounds> = cells.into_iter().map(reach_of).collect();
+    let Some(farthest) = reaches.values().copied().reduce(larger) else {
         return Vec::new();
     };
-    let reach = kernel_reach(scene, blocks.crop(all), vergence);
     let wider = |start: usize, end: usize, axis: usize, before: f64, after: f64| {
         let first = blocks
             .first(axis, start)
@@ -299,20 +313,31 @@ fn reached_crops(
         (blocks.holding(axis, first), blocks.holding(axis, last) + 1)
     };
     let mut covered = vec![false; lit.len()];
-    for block in indices().map(one) {
+    for block in (0..lit.len()).filter(|index| lit[*index]).map(one) {
+        let reach = &reaches[&cell_of(block)];
         let (left, right) = wider(block.left, block.right, 0, reach.left_px, reach.right_px);
         let (top, bottom) = wider(block.top, block.bottom, 1, reach.up_px, reach.down_px);
         for y in top..bottom {
             covered[y * blocks.columns + left..y * blocks.columns + right].fill(true);
         }
     }
-    let needed = blocks.needed(window, &reach);
+    let needed = blocks.needed(window, &farthest);
     let rects = disjoint(islands(&mut covered, blocks.columns));
     rects
         .into_iter()
         .filter_map(|rect| rect.overlap(needed))
         .map(|rect| blocks.crop(rect))
         .collect()
+}
+
+/// Returns the larger reach to each side.
+fn larger(a: KernelBounds, b: KernelBounds) -> KernelBounds {
+    KernelBounds {
+        left_px: a.left_px.max(b.left_px),
+        right_px: a.right_px.max(b.right_px),
+        up_px: a.up_px.max(b.up_px),
+        down_px: a.down_px.max(b.down_px),
+    }
 }
 
 /// Returns the bounding rectangles of the connected components of `covered`, rows of `columns`; clears `covered`.
