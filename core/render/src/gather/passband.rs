@@ -9,7 +9,9 @@
 
 use super::pyramid::response;
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::{Mutex, PoisonError};
 
 /// Taps on either side of the middle tap.
 pub(super) const SIDE_TAPS: usize = 4;
@@ -20,10 +22,26 @@ const FREQUENCIES: usize = 128;
 /// Frequency below which the weights of the fit level off, cycles per pixel.
 const WEIGHT_CORNER: f64 = 0.03;
 
-/// Returns the middle tap and the taps to one side, for kernels of at least `sigma` pixels of `level`.
+/// The middle tap of a filter and the taps to one side.
+pub(super) type Filter = [f64; SIDE_TAPS + 1];
+
+/// Returns the filter for kernels of at least `sigma` pixels of `level`.
 ///
 /// At level 0 it is the identity.
-pub(super) fn compensation_filter(level: u32, sigma: f64) -> [f64; SIDE_TAPS + 1] {
+pub(super) fn compensation_filter(level: u32, sigma: f64) -> Filter {
+    // Every crop of every depth layer asks for the same few.
+    static KNOWN: Mutex<BTreeMap<(u32, u64), Filter>> = Mutex::new(BTreeMap::new());
+    let key = (level, sigma.to_bits());
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(filter) = known().get(&key) {
+        return *filter;
+    }
+    let filter = fitted_filter(level, sigma);
+    known().insert(key, filter);
+    filter
+}
+
+fn fitted_filter(level: u32, sigma: f64) -> Filter {
     let mut filter = [0.0; SIDE_TAPS + 1];
     filter[0] = 1.0;
     if level == 0 {

@@ -6,6 +6,7 @@
 
 use super::image::{Image, Rect, View};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Taps along one axis.
 pub(super) const TAPS: usize = 12;
@@ -20,7 +21,13 @@ fn taps() -> [f32; TAPS] {
     exact_taps().map(|tap| tap as f32)
 }
 
+/// Returns the taps as they were computed the first time: every kernel of a coarse level asks for the filter's response.
 fn exact_taps() -> [f64; TAPS] {
+    static COMPUTED: OnceLock<[f64; TAPS]> = OnceLock::new();
+    *COMPUTED.get_or_init(computed_taps)
+}
+
+fn computed_taps() -> [f64; TAPS] {
     let mut taps = [0.0_f64; TAPS];
     for (k, tap) in taps.iter_mut().enumerate() {
         let at = k as f64 - f64::from(HALF) + 0.5;
