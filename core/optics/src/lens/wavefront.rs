@@ -172,6 +172,19 @@ impl Wavefront {
         changed
     }
 
+    /// Returns the wavefront mirrored along x and y, as `along` says: u_x or u_y with the other sign.
+    #[must_use]
+    pub fn mirrored(&self, along: [bool; 2]) -> Self {
+        let mut changed = *self;
+        for ((i, j), c) in powers().zip(&mut changed.coefficients) {
+            let odd = (along[0] && i % 2 == 1) != (along[1] && j % 2 == 1);
+            if odd {
+                *c = -*c;
+            }
+        }
+        changed
+    }
+
     /// Returns the height W at pupil point `u`, px.
     pub fn height(&self, u: [f64; 2]) -> f64 {
         let (x, y) = (power_table(u[0]), power_table(u[1]));

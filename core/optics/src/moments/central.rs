@@ -151,6 +151,14 @@ impl CentralMoments {
         Self::from_array([a * s2, b * s2, c * s2, d * s3, e * s3, f * s3, g * s3])
     }
 
+    /// Returns the moments of the PSF mirrored along x and y, as `along` says.
+    #[must_use]
+    pub fn mirrored(&self, along: [bool; 2]) -> Self {
+        let [x, y] = along.map(|mirrored| if mirrored { -1.0 } else { 1.0 });
+        let [a, b, c, d, e, f, g] = self.to_array();
+        Self::from_array([a, x * y * b, c, x * d, y * e, x * f, y * g])
+    }
+
     /// Returns the moments of the PSF stretched along x by `factor`.
     #[must_use]
     pub fn stretched_x(&self, factor: f64) -> Self {

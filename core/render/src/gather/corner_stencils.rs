@@ -9,7 +9,8 @@ use crate::Edges;
 use crate::scatter::Source;
 use rayon::prelude::*;
 use seidel_optics::error::Result;
-use seidel_optics::psf::KernelRows;
+use seidel_optics::moments::CentralMoments;
+use seidel_optics::psf::{KernelRows, LocalBlur};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -320,13 +321,17 @@ impl KernelPen<'_> {
         // Others are drawn as quickly as found.
         let store = (self.lens.kernels).filter(|_| self.lens.model.needs_rays());
         let mut kernel = |source: &Source| {
+            let (source, mirrored) = &source.unmirrored();
             let reach = self.drawn_reach(source);
-            let drawn = match store {
+            let mut drawn = match store {
                 Some(store) => {
                     store.kernel(&self.key(source, reach), || self.drawn(source, rows, reach))
                 }
                 None => Arc::new(self.drawn(source, rows, reach)),
             };
+            if *mirrored != [false; 2] {
+                drawn = Arc::new(drawn.mirrored_along(*mirrored));
+            }
             match self.reach.and_then(|reach| drawn.cropped(reach)) {
                 Some(part) => Arc::new(part),
                 None => drawn,
@@ -354,8 +359,13 @@ impl KernelPen<'_> {
     }
 
     fn key(&self, source: &Source, reach: Option<[i32; 2]>) -> KernelKey {
+        // Rays draw without moments, whose last bits depend on the order of sums.
+        let blur = LocalBlur {
+            moments: CentralMoments::from_array([0.0; 7]),
+            ..source.blur
+        };
         KernelKey {
-            source: *source,
+            source: Source { blur, ..*source },
             reach,
             model: self.lens.model.id(),
             level: self.grid.level,

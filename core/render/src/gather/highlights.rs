@@ -8,7 +8,7 @@ use super::highlight_search::{HighlightBlock, find_highlights};
 use super::image::{Image, Rect, Size};
 use super::lens_probe::LensProbe;
 use crate::scatter::Source;
-use crate::{Plane, PlateMap, RenderWindow, Scene, cancelled};
+use crate::{Plane, RenderWindow, Scene, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
@@ -78,10 +78,11 @@ impl<'a> HighlightSplit<'a> {
         Self { rest, blocks }
     }
 
-    /// Removes the highlights of tiles of `side` pixels, fixed to the frame, that hold many and returns their light, one image for each
-    /// of the `count` planes; empty ones for planes without.
-    pub(super) fn take_crowded(&mut self, count: usize, side: usize, map: &PlateMap) -> Vec<Image> {
-        let before = map.place_in_cell(side);
+    /// Removes the highlights of tiles of `side` pixels that hold many and returns their light, one image for each of the `count`
+    /// planes of `scene`; empty ones for planes without. The tiles are those of an anchored grid.
+    pub(super) fn take_crowded(&mut self, count: usize, side: usize, scene: &Scene) -> Vec<Image> {
+        let axis = scene.lens.frame().axis();
+        let before = scene.map.place_in_cell_about(axis, side);
         let tile =
             |(row, column): (usize, usize)| ((row + before[1]) / side, (column + before[0]) / side);
         let blocks = self.blocks.iter_mut();

@@ -33,7 +33,7 @@ pub(super) enum Truncation {
 /// The blur that a kernel draws, and the accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct KernelKey {
-    /// In plate pixels.
+    /// In plate pixels; without moments where rays draw the kernel.
     pub(super) source: Source,
     /// Bound of the offsets of weights along x and y, pixels of the level, if the kernel is cut there.
     pub(super) reach: Option<[i32; 2]>,
@@ -51,17 +51,14 @@ pub(super) struct KernelKey {
 impl KernelKey {
     fn hash(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        let moments = &self.source.blur.moments;
-        let numbers = [
-            moments.mu20,
-            moments.mu11,
-            moments.mu02,
-            moments.mu30,
-            moments.mu21,
-            self.source.shift_px.0,
-            self.source.shift_px.1,
-        ];
-        numbers.map(f64::to_bits).hash(&mut hasher);
+        let (x, y) = self.source.shift_px;
+        let moments = self.source.blur.moments.to_array();
+        let pupil = self.source.blur.pupil.iter();
+        let rays = pupil.flat_map(|pupil| pupil.wavefront.coefficients());
+        for number in rays.chain(&moments).chain([&x, &y]) {
+            // Zeros of both signs are equal.
+            (number + 0.0).to_bits().hash(&mut hasher);
+        }
         (self.level, self.truncation, self.reach).hash(&mut hasher);
         hasher.finish()
     }

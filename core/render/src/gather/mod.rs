@@ -147,7 +147,7 @@ impl Renderer for Gather<'_> {
             };
             let side = bright_tile(&sides);
             let highlights = split.pixel_count();
-            let light = split.take_crowded(planes.len(), side, &scene.map);
+            let light = split.take_crowded(planes.len(), side, scene);
             let crowded = CrowdedLight { light, side };
             let mut rendered = job.scatter(planes, &sides, &split, Some(crowded))?;
             rendered.statistics.highlights = highlights;

@@ -68,7 +68,7 @@ pub(super) fn source_levels(
 fn tile_grid(lens: &LensProbe, sides: &TileSides, scene: &Scene, level: u32) -> TileGrid {
     let tile = tile_within(sides.at(level) >> level);
     let tile = tile.max(lens.tolerance.min_tile_for(lens.model));
-    TileGrid::anchored(level, tile, size_of(scene), &scene.map)
+    TileGrid::anchored(level, tile, scene)
 }
 
 fn size_of(scene: &Scene) -> Size {
@@ -89,7 +89,7 @@ impl SourceLevel {
         scene: &Scene,
         side: usize,
     ) -> Result<Self> {
-        let grid = TileGrid::anchored(0, side, size_of(scene), &scene.map);
+        let grid = TileGrid::anchored(0, side, scene);
         Self::new(lens, light, grid)
     }
 

@@ -65,6 +65,25 @@ impl Stencil {
         self
     }
 
+    /// Returns the stencil mirrored along x and y, as `along` says.
+    pub(super) fn mirrored_along(&self, along: [bool; 2]) -> Self {
+        let mut out = self.clone();
+        if along[0] {
+            out.left = 1 - self.columns().end;
+            let columns = self.weights.chunks_exact(self.height.max(1)).rev();
+            let lines = out.weights.chunks_exact_mut(self.height.max(1));
+            lines
+                .zip(columns)
+                .for_each(|(out, line)| out.copy_from_slice(line));
+        }
+        if along[1] {
+            out.top = 1 - self.rows().end;
+            let columns = out.weights.chunks_exact_mut(self.height.max(1));
+            columns.for_each(<[f32]>::reverse);
+        }
+        out
+    }
+
     /// Returns the column offsets covered.
     pub(super) fn columns(&self) -> Range<i32> {
         self.left..self.left + self.width as i32

@@ -1,13 +1,14 @@
 //! The tiles of a pyramid level, and the nodes at their corners where the lens is evaluated.
 
 use super::image::Size;
-use crate::PlateMap;
+use crate::Scene;
 use std::ops::Range;
 
-/// Square tiles of a level's pixels, anchored at the plate's top-left outer corner, or at the frame's.
+/// Square tiles of a level's pixels, anchored at the plate's top-left outer corner, or at the optical axis.
 ///
-/// Tiles and nodes depend on the plate alone, not on the part to render. Grids of the plate's crops are anchored at the frame. A crop
-/// grows and shrinks with the objects in it; tiles anchored at the crop would move along, and the blur of everything else would change.
+/// Tiles and nodes depend on the plate alone, not on the part to render. Grids of the plate's crops are anchored at the optical axis. A
+/// crop grows and shrinks with the objects in it; tiles anchored at the crop would move along, and the blur of everything else would
+/// change. About the axis the kernels of most lenses are mirror images of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TileGrid {
     /// Pyramid level; its pixels are 2^level plate pixels wide.
@@ -57,9 +58,15 @@ impl TileGrid {
         Self::beginning(level, tile, size, [0; 2])
     }
 
-    /// The grid of tiles over a plate of `size` at `map`, anchored at the frame, as far as the pixels of the level allow.
-    pub(super) fn anchored(level: u32, tile: usize, size: Size, map: &PlateMap) -> Self {
-        let before = map.place_in_cell(tile << level).map(|px| px >> level);
+    /// The grid of tiles over the plate of `scene`, anchored at the optical axis, as far as the pixels of the level allow.
+    pub(super) fn anchored(level: u32, tile: usize, scene: &Scene) -> Self {
+        let size = Size {
+            width: scene.width,
+            height: scene.height,
+        };
+        let axis = scene.lens.frame().axis();
+        let before = scene.map.place_in_cell_about(axis, tile << level);
+        let before = before.map(|px| px >> level);
         Self::beginning(level, tile, size, before)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::{DisplacedBlur, Displacement, Plane, Scene};
 use seidel_optics::error::{Error, Result};
-use seidel_optics::field::{Frame, ImagePoint};
+use seidel_optics::field::{Frame, ImagePoint, Meridian};
 use seidel_optics::psf::{LocalBlur, PsfModel};
 
 /// Least variance of a displaced kernel, plate px².
@@ -24,6 +24,35 @@ pub(crate) struct Source {
     pub(crate) blur: LocalBlur,
     /// Offset of the centroid from the source point, px.
     pub(crate) shift_px: (f64, f64),
+}
+
+impl Source {
+    /// Returns the source whose meridian lies in the quadrant of positive x and y, and the axes along which it mirrors this one.
+    ///
+    /// Sources of a lens with mirror symmetry, opposite to each other across its axes, have the same one to the bit. Without rays, or with
+    /// rays that cannot be mirrored, it is the source itself.
+    pub(crate) fn unmirrored(&self) -> (Self, [bool; 2]) {
+        let along = [self.blur.meridian.cos < 0.0, self.blur.meridian.sin < 0.0];
+        let mirrored = (self.blur.pupil.as_ref())
+            .filter(|_| along != [false; 2])
+            .and_then(|pupil| pupil.mirrored(along));
+        let Some(pupil) = mirrored else {
+            return (*self, [false; 2]);
+        };
+        let sign = |mirrored: bool| if mirrored { -1.0 } else { 1.0 };
+        let [x, y] = along.map(sign);
+        let blur = LocalBlur {
+            moments: self.blur.moments.mirrored(along),
+            meridian: Meridian {
+                cos: x * self.blur.meridian.cos,
+                sin: y * self.blur.meridian.sin,
+            },
+            pupil: Some(pupil),
+            ..self.blur
+        };
+        let shift_px = (x * self.shift_px.0, y * self.shift_px.1);
+        (Self { blur, shift_px }, along)
+    }
 }
 
 /// Evaluates a scene's lens at points of its plate.

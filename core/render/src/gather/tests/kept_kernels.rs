@@ -3,6 +3,9 @@
 use super::sparse::shapes;
 use super::*;
 use crate::gather::KernelStore;
+use crate::gather::stencil::Stencil;
+use crate::scatter::{Source, Sources};
+use seidel_optics::psf::KernelRows;
 
 fn rays(sigma_px: f64) -> TestLens {
     TestLens {
@@ -77,5 +80,41 @@ fn a_blur_much_wider_than_the_plate_is_drawn_where_it_lands() {
     let exact = render(&Scatter, &scene, &light);
     for (found, exact) in found.iter().flatten().zip(exact.iter().flatten()) {
         assert!((found - exact).abs() < 0.02 * exact, "{found} {exact}");
+    }
+}
+
+#[test]
+fn kernels_opposite_across_the_axes_are_mirror_images() {
+    let lens = rays(8.0);
+    let scene = scene(&lens, &Pupil);
+    let sources = Sources::new(&scene);
+    let (axis, map) = (lens.frame().axis(), scene.map);
+    let centre =
+        [axis.x_px - map.origin.x_px, axis.y_px - map.origin.y_px].map(|px| px * map.scale);
+    let drawn = |source: &Source| {
+        let mut rows = KernelRows::default();
+        Pupil.draw_interpolated_rows(&source.blur, source.shift_px, None, &mut rows);
+        Stencil::from_kernel(&rows, None)
+    };
+    for (x, y) in [(16.0, 8.0), (24.0, 32.0), (0.0, 16.0)] {
+        let places = [(x, y), (-x, y), (x, -y), (-x, -y)];
+        let found = places.map(|(x, y)| {
+            let at = (centre[0] + x, centre[1] + y);
+            let mut found = Vec::new();
+            sources
+                .at(at, 0.0, |_| true, &mut found)
+                .expect("a sound lens");
+            found[1].expect("a used channel")
+        });
+        let (first, _) = found[0].unmirrored();
+        for source in &found {
+            let (one, along) = source.unmirrored();
+            assert_eq!(one.blur.pupil, first.blur.pupil);
+            assert_eq!(one.shift_px, first.shift_px);
+            let (direct, mirrored) = (drawn(source), drawn(&one).mirrored_along(along));
+            let apart = Stencil::weighted_sum(&[(&direct, 1.0), (&mirrored, -1.0)]);
+            let apart: f32 = apart.weights.iter().map(|w| w.abs()).sum();
+            assert!(apart < 1e-3, "({x}, {y}), {along:?}: {apart:e}");
+        }
     }
 }
