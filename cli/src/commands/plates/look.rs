@@ -23,7 +23,9 @@ pub(crate) struct LookArgs {
     /// Curvature of the blades, 0 (straight) to 1 (one circle)
     #[arg(long, value_name = "R", requires = "blades", default_value_t = 0.0, value_parser = parse_roundness)]
     roundness: f64,
-    /// Direction of one corner of the iris, degrees from right towards down, -180 to 180
+    /// Direction of one corner of discs before the focus, degrees from right towards down, -180 to 180
+    ///
+    /// Discs behind the focus are turned by 180 degrees.
     #[arg(long, value_name = "DEGREES", requires = "blades", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_rotation)]
     rotation: f64,
     /// Picture of the aperture, white where light passes: background discs show it. Its shorter side is the width of the pupil
