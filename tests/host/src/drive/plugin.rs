@@ -67,6 +67,21 @@ impl<'h> LoadedPlugin<'h> {
             .collect()
     }
 
+    /// Returns whether it says that it takes images of a bit depth.
+    #[must_use]
+    pub fn takes(&self, bit_depth: &CStr) -> bool {
+        (self.depths().iter()).any(|depth| depth.as_bytes() == bit_depth.to_bytes())
+    }
+
+    /// Returns whether it says that it takes images of other bit depths alone.
+    pub(crate) fn refuses(&self, bit_depth: &CStr) -> bool {
+        !(self.depths().is_empty() || self.takes(bit_depth))
+    }
+
+    fn depths(&self) -> Vec<String> {
+        (self.descriptor.properties).texts(kOfxImageEffectPropSupportedPixelDepths)
+    }
+
     /// Returns whether it supports tiles.
     pub(crate) fn supports_tiles(&self) -> bool {
         let set = &self.descriptor.properties;
