@@ -290,16 +290,15 @@ mod tests {
             let mut plane = vec![0.0; width * height];
             plane[100 * width + 150] = 1e6;
             bloom.spread(&mut plane, width, frame_px);
-            let is_lit = |x: usize, y: usize| plane[y * width + x] > 0.0;
+            // Above the rounding of running sums beside a lamp of 1e6.
+            let is_lit = |x: usize, y: usize| plane[y * width + x] > 1e-6;
             let along_x = (150..width).rposition(|x| is_lit(x, 100)).expect("light");
             let along_y = (100..height).rposition(|y| is_lit(150, y)).expect("light");
             let (x, y) = bloom.reach_px(frame_px);
-            // The ends of wide halos are below the last bit of their peak.
             for (lit, reach) in [(along_x as f64, x), (along_y as f64, y)] {
-                assert!(
-                    lit <= reach && lit > 0.75 * reach - 1.0,
-                    "{radius}: {lit} {reach}"
-                );
+                assert!(lit <= reach, "{radius}: {lit} {reach}");
+                // Narrow halos fade long before their filters end.
+                assert!(radius < 0.01 || lit > 0.75 * reach, "{radius}: {lit} {reach}");
             }
             let none = Bloom {
                 share: 0.0,
