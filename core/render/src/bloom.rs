@@ -298,7 +298,10 @@ mod tests {
             for (lit, reach) in [(along_x as f64, x), (along_y as f64, y)] {
                 assert!(lit <= reach, "{radius}: {lit} {reach}");
                 // Narrow halos fade long before their filters end.
-                assert!(radius < 0.01 || lit > 0.75 * reach, "{radius}: {lit} {reach}");
+                assert!(
+                    radius < 0.01 || lit > 0.75 * reach,
+                    "{radius}: {lit} {reach}"
+                );
             }
             let none = Bloom {
                 share: 0.0,

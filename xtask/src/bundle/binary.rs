@@ -41,7 +41,7 @@ impl fmt::Display for GlibcVersion {
     }
 }
 
-/// What a binary exports, needs and still contains.
+/// The exports, needs and debug information of a binary.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Binary {
     /// Names of its exports, sorted.

@@ -128,7 +128,7 @@ pub(crate) struct MadeBundle {
     pub(crate) path: PathBuf,
     /// Folders of the platforms that were built before.
     pub(crate) kept: Vec<&'static str>,
-    /// What was built and kept, one line each.
+    /// The platforms that were built and kept, one line each.
     report: String,
 }
 
