@@ -130,9 +130,13 @@ impl Instance<'_> {
         if gives_floats && self.loaded.refuses(kOfxBitDepthFloat) {
             return Err(NO_FLOATS.to_owned());
         }
-        let par = locked(&self.effect.scene).par;
+        let (par, project) = {
+            let scene = locked(&self.effect.scene);
+            (scene.par, scene.project)
+        };
         let rod = self
             .region_of_definition(request.time, request.scale)?
+            .or_project(&project)
             .pixels(request.scale, par);
         let window = request.window.unwrap_or(rod);
         if host.profile.calls_optional_actions {
