@@ -90,6 +90,7 @@
 mod apply;
 mod blur_map;
 mod channel_weights;
+mod coc_scale;
 mod depth_findings;
 mod diagnose;
 mod expansion;
@@ -126,6 +127,7 @@ pub use seidel_optics::{
 };
 
 pub use apply::apply;
+pub use coc_scale::{COC_SCALE, CocColours, CocStop};
 pub use diagnose::diagnose;
 pub use expansion::Margins;
 pub use image::{AlphaKind, Image};

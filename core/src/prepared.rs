@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use seidel_optics::BlurField;
 use seidel_optics::error::{Error, Result};
 use seidel_render::{
     Background, ClampedLens, Holdout, Occlusion, Plane, RenderWindow, Scene, VergencePass,
@@ -313,16 +312,10 @@ impl PreparedPlate {
         if bloom.is_neutral() {
             return None;
         }
-        let PlatePlacement {
-            map,
-            width,
-            sensor_aspect,
-            ..
-        } = self.placement;
-        let frame_px = f64::from(self.session.predictor().frame().width_px()) * map.scale;
+        let frame_px = self.session.frame_px(&self.placement);
         let mut planes = self.planes.planes().to_vec();
         for plane in planes.iter_mut().take(self.colour_count()) {
-            bloom.spread(plane, width, [frame_px / sensor_aspect, frame_px]);
+            bloom.spread(plane, self.placement.width, frame_px);
         }
         Some(self.planes.with_planes(planes))
     }
@@ -440,7 +433,8 @@ impl PreparedPlate {
             }
             constant => constant,
         };
-        let reach = |optics: &PlateOptics| Ok(optics.scene.reach_px());
+        let reach =
+            |optics: &PlateOptics| Ok(self.session.reach_of(&self.placement, &optics.scene));
         self.session.with_optics(&self.placement, vergence, reach)
     }
 

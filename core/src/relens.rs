@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use seidel_optics::error::Result;
-use seidel_optics::profile::Look;
 
 use crate::image::Image;
 use crate::lens::Lens;
@@ -48,12 +47,7 @@ pub fn relens(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Image> {
-    let measured = Settings {
-        look: Look::default(),
-        bloom: None,
-        ..settings.clone()
-    };
-    let from = Arc::new(LensSession::new(from, &measured)?);
+    let from = Arc::new(LensSession::new(from, &settings.of_measured_lens())?);
     let to = Arc::new(LensSession::new(to, settings)?);
     if from.is_neutral() {
         plate.image.check_sizes()?;

@@ -14,7 +14,7 @@ use seidel_optics::Progress;
 
 /// Removes the blur of the `lens` that `plate` was taken with; returns an image of the plate's size.
 ///
-/// The depth of the plate is that of the sharp image. Clipped highlights keep their blur. See
+/// The depth of the plate is that of the sharp image. Look and bloom of the settings are not used. Clipped highlights keep their blur. See
 /// [`PreparedPlate::remove`](crate::PreparedPlate::remove) for confidence, amplification of noise and overscan.
 ///
 /// ```
@@ -39,7 +39,7 @@ pub fn remove(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Image> {
-    let session = Arc::new(LensSession::new(lens, settings)?);
+    let session = Arc::new(LensSession::new(lens, &settings.of_measured_lens())?);
     if session.is_neutral() || settings.removal.strength == 0.0 {
         plate.image.check_sizes()?;
         plate.image.check_finite()?;

@@ -147,7 +147,8 @@ impl LensSession {
         })
     }
 
-    /// Returns how far the light of a pixel reaches along x and along y, plate pixels, for a plate at one `distance`.
+    /// Returns how far the light of a pixel reaches along x and along y, by bloom and blur, plate pixels, for a plate at one
+    /// `distance`.
     ///
     /// # Errors
     /// An unknown distance where the blur depends on it.
@@ -158,7 +159,23 @@ impl LensSession {
     ) -> Result<(f64, f64)> {
         let placement = self.place(geometry)?;
         let vergence = VergencePass::Constant(self.predictor().vergence(distance)?);
-        self.with_optics(&placement, vergence, |optics| Ok(optics.scene.reach_px()))
+        self.with_optics(&placement, vergence, |optics| {
+            Ok(self.reach_of(&placement, &optics.scene))
+        })
+    }
+
+    /// Returns how far the light of a pixel reaches along x and along y by bloom and by the blur of `scene`, plate pixels.
+    pub(crate) fn reach_of(&self, placement: &PlatePlacement, scene: &Scene) -> (f64, f64) {
+        let (x, y) = scene.reach_px();
+        let bloom = self.settings.bloom.filter(|_| !self.is_neutral());
+        let spread = bloom.map(|bloom| bloom.reach_px(self.frame_px(placement)));
+        spread.map_or((x, y), |(across, down)| (x + across, y + down))
+    }
+
+    /// Returns the width of the lens's frame along x and along y, plate pixels.
+    pub(crate) fn frame_px(&self, placement: &PlatePlacement) -> [f64; 2] {
+        let width = f64::from(self.predictor().frame().width_px()) * placement.map.scale;
+        [width / placement.sensor_aspect, width]
     }
 
     pub(crate) fn predictor(&self) -> &Predictor {

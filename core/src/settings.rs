@@ -10,7 +10,8 @@ use seidel_render::{Bloom, Displacement, FocusControls, Gather, KernelStore, Ren
 pub struct Settings {
     /// Focus distance, f-number and sensor shift; as measured where left out.
     pub controls: Controls,
-    /// Artistic changes of the lens as `controls` set it.
+    /// Artistic changes of the lens as `controls` set it: that of [`apply`](crate::apply), and the new one of
+    /// [`relens`](crate::relens).
     pub look: Look,
     /// Light above a level that spreads before it meets the lens, in [`apply`](crate::apply) and [`relens`](crate::relens).
     pub bloom: Option<Bloom>,
@@ -56,6 +57,17 @@ impl Default for Settings {
             expand: Expand::Auto,
             occlusion: Some(OcclusionSettings::default()),
             removal: RemovalSettings::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// Returns the settings for the lens that a plate was taken with: without look and bloom.
+    pub fn of_measured_lens(&self) -> Self {
+        Self {
+            look: Look::default(),
+            bloom: None,
+            ..self.clone()
         }
     }
 }

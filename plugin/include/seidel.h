@@ -142,6 +142,11 @@
 #define SEIDEL_GRAIN_SOLVED 1
 
 /**
+ * The iris blades of the lens.
+ */
+#define SEIDEL_BLADES_OF_LENS UINT32_MAX
+
+/**
  * 16-bit samples: IEEE 754 half precision.
  */
 #define SEIDEL_HALF 1
@@ -426,6 +431,71 @@ typedef struct SeidelSettings {
    * Most memory that a call may need by seidel_memory_needed, bytes; 0: no limit.
    */
   uint64_t memory;
+  /**
+   * Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. This and the
+   * following members are the look of the lens as f-number and focus distance set it, in seidel_apply, seidel_kernel,
+   * seidel_region_of_interest and for the new lens of seidel_relens. All but bloom need a lens of the kind
+   * SEIDEL_LENS_RAYS.
+   */
+  uint32_t blades;
+  /**
+   * Width of the picture of the aperture, pixels.
+   */
+  uint32_t aperture_width;
+  /**
+   * Picture of the aperture, 0 to 1, white where light passes: rows of `aperture_width` values from the top. Background
+   * discs show it; its shorter side is the width of the pupil. NULL: none. The library keeps 16 KiB of each picture.
+   */
+  const float *aperture;
+  /**
+   * Length of `aperture`: whole rows, at most 8192 of at most 8192 values.
+   */
+  uint64_t aperture_count;
+  /**
+   * Curvature of the blades, 0 (straight, the default) to 1 (one circle).
+   */
+  double roundness;
+  /**
+   * Direction of one corner of discs before the focus, -180 to 180 degrees from right towards down. Discs behind the
+   * focus are turned by 180 degrees.
+   */
+  double rotation;
+  /**
+   * Height of discs over their width, 0.4 to 2.5, times that of the lens. Default 1.
+   */
+  double squeeze;
+  /**
+   * Radius of the dark middle of discs, 0 (the default) to 0.9 of theirs.
+   */
+  double obstruction;
+  /**
+   * Cat's eyes towards the corners: -1 round discs, 0 (the default) as the lens, 1 strong ones.
+   */
+  double cats_eye;
+  /**
+   * Spherical aberration added: -1 soft discs behind the focus, 1 bubbles with bright rims. Default 0.
+   */
+  double spherical;
+  /**
+   * Factor on the difference of focus between channels, -4 to 4. Default 1.
+   */
+  double axial_colour;
+  /**
+   * Factor on the difference of magnification between channels, -4 to 4. Default 1.
+   */
+  double lateral_colour;
+  /**
+   * Share of the light above `bloom_level` that spreads around highlights, 0 (the default) to 1; any lens.
+   */
+  double bloom;
+  /**
+   * Scene-linear value above which light spreads, at least 0. Default 1.
+   */
+  double bloom_level;
+  /**
+   * Radius that holds half of the spread light, 0.05 to 20 per cent of the width of the lens's frame. Default 1.
+   */
+  double bloom_radius;
 } SeidelSettings;
 
 /**

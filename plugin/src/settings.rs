@@ -1,12 +1,14 @@
 //! Lens and plate settings: the options of the command as one struct that can grow.
 
+mod look;
+
 use std::ffi::c_char;
 use std::sync::Arc;
 
 use seidel_core::{
-    AlphaKind, ChannelScale, Controls, DepthConvention, DepthMeaning, Displacement, Edges,
-    FocusControls, Grain, Lens, LensSession, ObjectDistance, OcclusionSettings, Quality,
-    RemovalSettings, Saturation,
+    AlphaKind, AperturePicture, ChannelScale, Controls, DepthConvention, DepthMeaning,
+    Displacement, Edges, FocusControls, Grain, Lens, LensSession, ObjectDistance,
+    OcclusionSettings, Quality, RemovalSettings, Saturation,
 };
 
 use crate::guard::guard;
@@ -62,6 +64,9 @@ pub const SEIDEL_CLIP_LEVEL: u32 = 2;
 pub const SEIDEL_GRAIN_KEEP: u32 = 0;
 /// The sharp image is the solution as it is, nearly without grain.
 pub const SEIDEL_GRAIN_SOLVED: u32 = 1;
+
+/// The iris blades of the lens.
+pub const SEIDEL_BLADES_OF_LENS: u32 = u32::MAX;
 
 /// Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a
 /// meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
@@ -149,11 +154,46 @@ pub struct SeidelSettings {
     pub threads: u32,
     /// Most memory that a call may need by seidel_memory_needed, bytes; 0: no limit.
     pub memory: u64,
+    /// Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. This and the
+    /// following members are the look of the lens as f-number and focus distance set it, in seidel_apply, seidel_kernel,
+    /// seidel_region_of_interest and for the new lens of seidel_relens. All but bloom need a lens of the kind
+    /// SEIDEL_LENS_RAYS.
+    pub blades: u32,
+    /// Width of the picture of the aperture, pixels.
+    pub aperture_width: u32,
+    /// Picture of the aperture, 0 to 1, white where light passes: rows of `aperture_width` values from the top. Background
+    /// discs show it; its shorter side is the width of the pupil. NULL: none. The library keeps 16 KiB of each picture.
+    pub aperture: *const f32,
+    /// Length of `aperture`: whole rows, at most 8192 of at most 8192 values.
+    pub aperture_count: u64,
+    /// Curvature of the blades, 0 (straight, the default) to 1 (one circle).
+    pub roundness: f64,
+    /// Direction of one corner of discs before the focus, -180 to 180 degrees from right towards down. Discs behind the
+    /// focus are turned by 180 degrees.
+    pub rotation: f64,
+    /// Height of discs over their width, 0.4 to 2.5, times that of the lens. Default 1.
+    pub squeeze: f64,
+    /// Radius of the dark middle of discs, 0 (the default) to 0.9 of theirs.
+    pub obstruction: f64,
+    /// Cat's eyes towards the corners: -1 round discs, 0 (the default) as the lens, 1 strong ones.
+    pub cats_eye: f64,
+    /// Spherical aberration added: -1 soft discs behind the focus, 1 bubbles with bright rims. Default 0.
+    pub spherical: f64,
+    /// Factor on the difference of focus between channels, -4 to 4. Default 1.
+    pub axial_colour: f64,
+    /// Factor on the difference of magnification between channels, -4 to 4. Default 1.
+    pub lateral_colour: f64,
+    /// Share of the light above `bloom_level` that spreads around highlights, 0 (the default) to 1; any lens.
+    pub bloom: f64,
+    /// Scene-linear value above which light spreads, at least 0. Default 1.
+    pub bloom_level: f64,
+    /// Radius that holds half of the spread light, 0.05 to 20 per cent of the width of the lens's frame. Default 1.
+    pub bloom_radius: f64,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
 unsafe impl Versioned for SeidelSettings {
-    const MIN_SIZE: usize = size_of::<Self>();
+    const MIN_SIZE: usize = std::mem::offset_of!(Self, blades);
 
     const DEFAULT: Self = Self {
         size: size_of::<Self>() as u64,
@@ -194,6 +234,21 @@ unsafe impl Versioned for SeidelSettings {
         grain: SEIDEL_GRAIN_KEEP,
         threads: 0,
         memory: 0,
+        blades: SEIDEL_BLADES_OF_LENS,
+        aperture_width: 0,
+        aperture: std::ptr::null(),
+        aperture_count: 0,
+        roundness: 0.0,
+        rotation: 0.0,
+        squeeze: 1.0,
+        obstruction: 0.0,
+        cats_eye: 0.0,
+        spherical: 0.0,
+        axial_colour: 1.0,
+        lateral_colour: 1.0,
+        bloom: 0.0,
+        bloom_level: 1.0,
+        bloom_radius: 1.0,
     };
 }
 
@@ -213,9 +268,10 @@ const MAX_CHANNEL_SCALES: usize = 4096;
 
 /// Settings of a call, checked as far as possible without a lens. They own copies of the data that they point to.
 pub(crate) struct Settings {
-    /// The caller's settings, both pointers set to NULL.
+    /// The caller's settings, all pointers set to NULL.
     pub(crate) raw: SeidelSettings,
     channel_scales: Vec<f64>,
+    aperture: Option<&'static AperturePicture>,
     psf_model: String,
 }
 
@@ -255,13 +311,17 @@ impl Settings {
             // SAFETY: the caller guarantees a string.
             unsafe { read_string(raw.psf_model, "settings.psf_model")? }.to_owned()
         };
+        // SAFETY: as the caller guarantees.
+        let aperture = unsafe { look::aperture(&raw)? };
         let settings = Self {
             raw: SeidelSettings {
                 channel_scales: std::ptr::null(),
                 psf_model: std::ptr::null(),
+                aperture: std::ptr::null(),
                 ..raw
             },
             channel_scales,
+            aperture,
             psf_model,
         };
         settings.check_choices()?;
@@ -319,11 +379,21 @@ impl Settings {
         Ok(self.focus().check()?)
     }
 
-    /// Sets `lens` to these settings.
+    /// Sets `lens` to these settings, with their look.
     ///
     /// # Errors
     /// Values out of range, and settings that the lens does not support.
     pub(crate) fn session(&self, lens: &Lens) -> Result<Arc<LensSession>> {
+        let mut settings = self.to_core(lens)?;
+        self.put_look(&mut settings);
+        Ok(Arc::new(LensSession::new(lens, &settings)?))
+    }
+
+    /// Sets `lens`, which a plate was taken with, to these settings without their look.
+    ///
+    /// # Errors
+    /// Those of [`Self::session`].
+    pub(crate) fn session_of_plate(&self, lens: &Lens) -> Result<Arc<LensSession>> {
         let settings = self.to_core(lens)?;
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }

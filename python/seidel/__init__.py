@@ -36,7 +36,7 @@ from ._seidel import (
     remove,
     remove_with_maps,
 )
-from ._settings import Background, DepthPass, Holdout, Observation, Settings
+from ._settings import Background, DepthPass, Holdout, Look, Observation, Settings
 
 __all__ = [
     "Background",
@@ -52,6 +52,7 @@ __all__ = [
     "LeftOut",
     "Lens",
     "LightMeasurement",
+    "Look",
     "Observation",
     "ObservationSet",
     "Removal",

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeAlias, TypeVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._settings import Background, DepthPass, Holdout, Observation, Settings
+from ._settings import Background, DepthPass, Holdout, Look, Observation, Settings
 
 __all__ = [
     "Diagnosis",
@@ -71,6 +71,7 @@ class Lens:
         focus_distance: float | None = None,
         f_number: float | None = None,
         sensor_shift_um: float | None = None,
+        look: Look | None = None,
     ) -> Lens: ...
     @property
     def frame_size(self) -> tuple[int, int]: ...

@@ -11,6 +11,37 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Look:
+    """Artistic changes of a lens traced ray by ray. The defaults leave it as measured, to the bit.
+
+    They act on the lens as f-number and focus distance set it. docs/guide/looks.md shows them.
+    """
+
+    blades: int | None = None
+    """Iris blades: 3 to 13, or 0 for a round iris; those of the lens if ``None``."""
+    roundness: float = 0.0
+    """Curvature of the blades, 0 (straight) to 1 (one circle)."""
+    rotation: float = 0.0
+    """Direction of one corner of discs before the focus, -180 to 180 degrees from right towards down. Discs behind the focus are
+    turned by 180 degrees."""
+    aperture_picture: NDArray[Any] | None = None
+    """Picture of the aperture, white (1) where light passes: array of rows x columns, with or without 1 to 4 channels, ``float32``
+    or ``float16``. Background discs show it. Its shorter side is the width of the pupil. Each picture stays in memory: 16 KiB."""
+    squeeze: float = 1.0
+    """Height of discs over their width, 0.4 to 2.5, times that of the lens."""
+    obstruction: float = 0.0
+    """Radius of the dark middle of discs, 0 to 0.9 of theirs."""
+    cats_eye: float = 0.0
+    """Cat's eyes towards the corners: -1 for round discs, 0 as the lens, 1 for strong ones."""
+    spherical: float = 0.0
+    """Spherical aberration added: -1 for soft discs behind the focus, 1 for bubbles with bright rims."""
+    axial_colour: float = 1.0
+    """Factor on the difference of focus between channels, -4 to 4."""
+    lateral_colour: float = 1.0
+    """Factor on the difference of magnification between channels, -4 to 4."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Settings:
     """Settings of ``apply``, ``remove`` and ``relens``. The defaults use the lens as measured.
 
@@ -75,6 +106,14 @@ class Settings:
     image with overscan, or of a part of a picture. It lies centre on centre with the lens's frame. The array if ``None``."""
     threads: int = 0
     """Most threads; 0 for one each core. Results do not depend on it."""
+    look: Look = Look()
+    """Artistic changes of the lens of ``apply``, and of the new lens of ``relens``."""
+    bloom: float = 0.0
+    """Share of the light above ``bloom_level`` that spreads around highlights, 0 to 1, in ``apply`` and ``relens``; any lens."""
+    bloom_level: float = 1.0
+    """Scene-linear value above which light spreads."""
+    bloom_radius: float = 1.0
+    """Radius that holds half of the spread light, 0.05 to 20 % of the width of the lens's frame."""
 
 
 @dataclass(frozen=True, eq=False)

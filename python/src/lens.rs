@@ -12,6 +12,7 @@ use crate::array::{ArrayLayout, ResultSamples};
 use crate::depth::object_distance;
 use crate::error::{Result, warn};
 use crate::fit::{self, FitArgs};
+use crate::look::LookArgs;
 use crate::worker::CallOptions;
 
 /// A fitted lens: its point-spread function (PSF) at any point of the field, channel and object distance.
@@ -63,13 +64,16 @@ impl Lens {
     }
 
     /// Returns the lens profile as JSON, the text of the file that `save` writes.
-    fn to_json(&self) -> String {
-        self.core.to_json()
+    ///
+    /// Raises `Unsupported` for a lens with a picture of the aperture.
+    fn to_json(&self) -> Result<String> {
+        self.core.profile().check_storable()?;
+        Ok(self.core.to_json())
     }
 
     /// Writes the lens profile to `path`, whole or not at all.
     ///
-    /// Raises `FileError`.
+    /// Raises `FileError`, also for a lens with a picture of the aperture: profiles hold none.
     fn save(&self, path: PathBuf) -> Result<()> {
         Ok(lens_profile::write(&path, self.core.profile())?)
     }
@@ -151,20 +155,22 @@ impl Lens {
         samples.into_array(py, &layout)
     }
 
-    /// Returns the lens focused, stopped down or with its sensor shifted.
+    /// Returns the lens focused, stopped down, with its sensor shifted or with another look.
     ///
     /// - `focus_distance`: metres, may be `math.inf`; as measured if `None`.
     /// - `f_number`: as measured if `None`. Below the measured one the blur is extrapolated, with a `UserWarning`.
     /// - `sensor_shift_um`: micrometres away from the lens; negative towards it.
+    /// - `look`: a `Look`, which acts on the lens as the other arguments set it. A lens with an aperture picture cannot be saved.
     ///
     /// Raises `Unsupported` for a lens fitted in moments.
-    #[pyo3(signature = (*, focus_distance=None, f_number=None, sensor_shift_um=None))]
+    #[pyo3(signature = (*, focus_distance=None, f_number=None, sensor_shift_um=None, look=None))]
     fn adjusted(
         &self,
         py: Python<'_>,
         focus_distance: Option<f64>,
         f_number: Option<f64>,
         sensor_shift_um: Option<f64>,
+        look: Option<LookArgs<'_>>,
     ) -> Result<Self> {
         let focus_distance = focus_distance.map(|metres| object_distance(Some(metres)));
         let controls = Controls {
@@ -172,7 +178,11 @@ impl Lens {
             f_number,
             sensor_shift_um,
         };
-        let core = Arc::new(self.core.with_controls(&controls)?);
+        let mut core = self.core.with_controls(&controls)?;
+        if let Some(look) = look {
+            core = core.with_look(&look.look()?)?;
+        }
+        let core = Arc::new(core);
         warn(py, &self.core.profile().control_warnings(&controls))?;
         Ok(Self { core })
     }
@@ -227,8 +237,8 @@ impl Lens {
         )
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,))> {
         let from_json = slf.get_type().getattr("from_json")?;
-        Ok((from_json, (slf.get().to_json(),)))
+        Ok((from_json, (slf.get().to_json()?,)))
     }
 }

@@ -13,6 +13,7 @@ mod diagnose_pictures;
 mod error;
 mod fit;
 mod lens;
+mod look;
 mod measure;
 mod observations;
 mod photographs;

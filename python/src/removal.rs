@@ -107,7 +107,7 @@ impl Request {
         settings: &Settings,
         progress: &Progress,
     ) -> Result<RemovalSamples> {
-        let session = Arc::new(LensSession::new(&self.lens, settings)?);
+        let session = Arc::new(LensSession::new(&self.lens, &settings.of_measured_lens())?);
         let measures = self.noise_gain == NoiseGain::Measure;
         let samples = |planes: &[Vec<f32>]| {
             let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
@@ -161,7 +161,7 @@ fn blur_share<'py>(
     };
     let lens = lens.get().core();
     options.run(py, move |progress| {
-        let session = Arc::new(LensSession::new(&lens, &settings.core)?);
+        let session = Arc::new(LensSession::new(&lens, &settings.core.of_measured_lens())?);
         Ok(session.prepare(plate)?.blur_share(progress)?)
     })
 }

@@ -4,16 +4,17 @@ use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
 use seidel_core::{
-    AlphaKind, ChannelScale, Controls, Displacement, Edges, FocusControls, Grain,
+    AlphaKind, Bloom, ChannelScale, Controls, Displacement, Edges, FocusControls, Grain,
     OcclusionSettings, Quality, RemovalSettings, Saturation, Settings,
 };
 
 use crate::depth::object_distance;
 use crate::error::{Failure, Result};
+use crate::look::LookArgs;
 
 /// The attributes of `seidel.Settings`, which documents them.
 #[derive(FromPyObject)]
-struct SettingsArgs {
+struct SettingsArgs<'py> {
     amount: f64,
     psf_model: Option<String>,
     channel_scales: BTreeMap<String, f64>,
@@ -41,6 +42,10 @@ struct SettingsArgs {
     pixel_aspect: f64,
     display_window: Option<(i32, i32, usize, usize)>,
     threads: u32,
+    look: LookArgs<'py>,
+    bloom: f64,
+    bloom_level: f64,
+    bloom_radius: f64,
 }
 
 /// One number for all colours, or one for each.
@@ -126,7 +131,7 @@ impl CallSettings {
     }
 }
 
-impl SettingsArgs {
+impl SettingsArgs<'_> {
     fn into_call_settings(self) -> Result<CallSettings> {
         if !(0.0..=1.0).contains(&self.strength) {
             return Err(Failure::argument(
@@ -168,6 +173,12 @@ impl SettingsArgs {
             f_number: self.f_number,
             sensor_shift_um: self.sensor_shift_um,
         };
+        core.look = self.look.look()?;
+        core.bloom = (self.bloom != 0.0).then_some(Bloom {
+            share: self.bloom,
+            level: self.bloom_level,
+            radius: self.bloom_radius / 100.0,
+        });
         core.psf_model = self.psf_model.clone();
         core.amount = self.amount;
         let scales = self.channel_scales.iter();

@@ -8,7 +8,7 @@ import pytest
 from conftest import LENS
 
 import seidel
-from seidel import DepthPass, Settings
+from seidel import DepthPass, Look, Settings
 
 
 @pytest.fixture
@@ -76,6 +76,20 @@ SETTINGS = [
         ["--channel-scale", "R=1.5", "--axis-offset", "3,-2"],
     ),
     (Settings(lens_scale=0.2, pixel_aspect=1.2), ["--lens-scale", "0.2", "--pixel-aspect", "1.2"]),
+    (
+        Settings(
+            look=Look(blades=5, roundness=0.3, rotation=20.0, squeeze=1.5, obstruction=0.2),
+            bloom=0.4,
+            bloom_level=0.3,
+            bloom_radius=2.0,
+        ),
+        "--blades 5 --roundness 0.3 --rotation 20 --squeeze 1.5 --obstruction 0.2 "
+        "--bloom 0.4 --bloom-level 0.3 --bloom-radius 2".split(),
+    ),
+    (
+        Settings(look=Look(cats_eye=0.3, spherical=0.5, axial_colour=2.0, lateral_colour=0.0)),
+        "--cats-eye 0.3 --spherical 0.5 --axial-colour 2 --lateral-colour 0".split(),
+    ),
 ]
 
 

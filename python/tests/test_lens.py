@@ -51,6 +51,38 @@ def test_a_smaller_aperture_has_a_smaller_blur(lens):
         lens.adjusted(f_number=0.7)
 
 
+def test_looks(lens, tmp_path):
+    at = (480.0, 270.0, 6.0)
+    squeezed = lens.adjusted(look=seidel.Look(squeeze=2.0))
+    psf = squeezed.psf(*at, size=61)[..., 1]
+    rows, columns = np.mgrid[-30:31, -30:31]
+    assert (psf * rows**2).sum() > 2.0 * (psf * columns**2).sum()
+    assert lens.adjusted(look=seidel.Look()) == lens
+    squeezed.save(tmp_path / "squeezed.json")
+    assert seidel.Lens.load(tmp_path / "squeezed.json") == squeezed
+    # Light in the right half of the aperture.
+    picture = np.zeros((40, 40), np.float32)
+    picture[:, 20:] = 1.0
+    drawn = lens.adjusted(look=seidel.Look(aperture_picture=picture))
+    assert drawn == lens.adjusted(look=seidel.Look(aperture_picture=picture.copy()))
+    assert not np.array_equal(drawn.psf(*at, size=61), lens.psf(*at, size=61))
+    for store in (drawn.to_json, lambda: pickle.dumps(drawn)):
+        with pytest.raises(seidel.Unsupported, match="without the picture"):
+            store()
+    with pytest.raises(seidel.FileError, match="without the picture"):
+        drawn.save(tmp_path / "drawn.json")
+    assert not (tmp_path / "drawn.json").exists()
+    for bad, word in [
+        (seidel.Look(squeeze=9.0), "0.4 to 2.5"),
+        (seidel.Look(rotation=5.0), "blades"),
+        (seidel.Look(blades=2), "3 to 13"),
+        (seidel.Look(aperture_picture=np.zeros((8, 8), np.float32)), "black"),
+        (seidel.Look(aperture_picture=np.zeros((8, 8, 5), np.float32)), "5 channels"),
+    ]:
+        with pytest.raises(seidel.InvalidInput, match=word):
+            lens.adjusted(look=bad)
+
+
 def test_limits_of_a_fit_are_warnings():
     with pytest.warns(UserWarning, match="distance"):
         seidel.Lens.fit(_at_two_distances(), model="moments")

@@ -180,6 +180,34 @@ fn apply_gives_the_same_samples() {
 }
 
 #[test]
+fn looks_give_the_same_samples() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
+    let is_white = |k: usize| k % 12 < 8 && k / 12 > 1;
+    let aperture: Vec<f32> = (0..120).map(|k| f32::from(u8::from(is_white(k)))).collect();
+    let bytes = aperture.iter().map(|v| 255 * (*v as u8)).collect();
+    let picture = image::GrayImage::from_raw(12, 10, bytes).expect("whole rows");
+    picture.save(folder.join("iris.png")).expect("writable");
+    let line = "apply --lens @lens.json --distance 1.5 --psf skew-normal --blades 5 --roundness 0.3 \
+                --rotation 20 --aperture-picture @iris.png --squeeze 1.5 --obstruction 0.2 --cats-eye 0.3 \
+                --spherical 0.5 --axial-colour 2 --lateral-colour 0.5 --bloom 0.4 --bloom-level 0.3 \
+                --bloom-radius 2";
+    let abi = by_abi(folder, Work::Apply, |s, plate| {
+        s.psf_model = c"skew-normal".as_ptr();
+        s.distance = 1.5;
+        plate.depth = null();
+        (s.blades, s.roundness, s.rotation) = (5, 0.3, 20.0);
+        (s.aperture, s.aperture_width, s.aperture_count) = (aperture.as_ptr(), 12, 120);
+        (s.squeeze, s.obstruction, s.cats_eye) = (1.5, 0.2, 0.3);
+        (s.spherical, s.axial_colour, s.lateral_colour) = (0.5, 2.0, 0.5);
+        (s.bloom, s.bloom_level, s.bloom_radius) = (0.4, 0.3, 2.0);
+    });
+    are_the_same(&abi, &by_command(folder, line), folder);
+}
+
+#[test]
 fn remove_and_relens_give_the_same_samples() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -230,9 +258,14 @@ fn remove_and_relens_give_the_same_samples() {
         set(s, plate);
         s.strength = 0.7;
         (s.clip, s.clip_level) = (SEIDEL_CLIP_LEVEL, 1.05);
+        // The plate was taken with the lens as measured.
+        (s.squeeze, s.bloom) = (1.5, 0.5);
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
-    let line = format!("relens --from @lens.json --to @other.json {common}");
-    let abi = by_abi(folder, Work::Relens, set);
+    let line = format!("relens --from @lens.json --to @other.json {common} --squeeze 1.5");
+    let abi = by_abi(folder, Work::Relens, |s, plate| {
+        set(s, plate);
+        s.squeeze = 1.5;
+    });
     are_the_same(&abi, &by_command(folder, &line), folder);
 }

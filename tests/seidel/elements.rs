@@ -120,6 +120,30 @@ fn a_box_about_an_element_grows_to_what_the_whole_frame_gives() {
     assert!(folded > 1.6 * edge, "{folded} {edge}");
 }
 
+/// The glow of an element ends nowhere but in darkness.
+#[test]
+fn a_box_about_an_element_grows_by_the_reach_of_bloom() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_moments_lens(folder, &["R", "G", "B"]);
+    let middle = BOX as f64 / 2.0;
+    let in_box = disc((BOX, BOX), (middle, middle));
+    write(&folder.join("box.exr"), CORNER, (BOX, BOX), &in_box);
+    let line =
+        "apply --lens @lens.json --distance 0.8 --bloom 0.5 --bloom-level 0.1 @box.exr -o @out.exr";
+    succeeds(folder, &format!("{line} --bloom-radius 0.4"));
+    let (corner, size) = data_window(&folder.join("out.exr"));
+    // Radius of 1.2 px: half of the light is nearer, all of it within 14 times as much.
+    assert!(corner.0 < CORNER.0 - 10 && size.0 > BOX + 20, "{corner:?}");
+    let glow = read_channel(&folder.join("out.exr"), "G");
+    let sum: f64 = glow.iter().map(|v| f64::from(*v)).sum();
+    let all: f64 = in_box.iter().map(|a| 0.5 * f64::from(*a)).sum();
+    assert!((sum / all - 1.0).abs() < 1e-4, "{sum} of {all}");
+    let beside = glow[size.1 / 2 * size.0 + (CORNER.0 - 4 - corner.0) as usize];
+    assert!(beside > 1e-4, "{beside}");
+    assert!(glow[size.1 / 2 * size.0] < 1e-5);
+}
+
 /// Full frames, and elements that fill the frame, keep their windows; no light or alpha is negative.
 #[test]
 fn full_frames_do_not_grow_and_no_light_is_negative() {

@@ -115,6 +115,73 @@ fn apply_equals_the_command() {
 }
 
 #[test]
+fn the_coc_map_equals_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
+    let knobs = [
+        ("math", "depth"),
+        ("worldScale", "metres"),
+        ("output", "CoC Map"),
+        ("amount", "2"),
+    ];
+    let host = in_host(folder, true, &knobs);
+    let line = "apply --lens @lens.json --no-depth-check --amount 2 --show coc";
+    assert_equals_command(&host, folder, line);
+}
+
+#[test]
+fn messages_count_pixels_as_the_host_does() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    // Column 7 of the third row from the top.
+    let sample = |shade: f32, k: usize| if k == 2 * WIDTH + 7 { f32::NAN } else { shade };
+    write_shades(folder, sample);
+    let error = try_in_host(folder, false, &[("distance", "2")]).expect_err("a NaN");
+    let place = format!("Source: channel R, pixel (x 7, y {}) is NaN", HEIGHT - 3);
+    assert!(error.contains(&place), "{error}");
+}
+
+/// Set in the process that [`lens_folder_in_the_host`] starts.
+const CHILD: &str = "SEIDEL_TEST_LENS_FOLDER";
+
+/// The menu *Lens Folder* lists the profiles in the folder of the environment, and a choice goes to *Lens File*.
+#[test]
+fn lens_folder_in_the_host() {
+    let name = "in_hosts::lens_folder_in_the_host";
+    let Some(folder) = std::env::var_os(CHILD) else {
+        // The host and its plugin live in this process, whose environment other tests share.
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        write_pupil_lens(folder, &["R", "G", "B"]);
+        write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
+        let lenses = folder.join("lenses");
+        std::fs::create_dir(&lenses).expect("a folder");
+        std::fs::copy(folder.join("lens.json"), lenses.join("own lens.json")).expect("copied");
+        let child = std::process::Command::new(std::env::current_exe().expect("this test"))
+            .args(["--exact", name, "--nocapture"])
+            .env(CHILD, folder)
+            .env("SEIDEL_LENSES", &lenses)
+            .output()
+            .expect("started");
+        let text = String::from_utf8_lossy(&child.stdout).into_owned();
+        assert!(child.status.success(), "{text}");
+        assert!(text.contains("1 passed"), "{text}");
+        return;
+    };
+    let folder = Path::new(&folder);
+    let by_menu = |options: &[(&str, &str)]| {
+        let always = [("lens", "Portrait 85 mm f/1.4"), ("profile", "")];
+        in_host(folder, false, &[&always[..], options].concat())
+    };
+    let chosen = by_menu(&[("lensFolder", "own lens"), ("distance", "1.5")]);
+    let line = "apply --lens @lens.json --distance 1.5";
+    assert_equals_command(&chosen, folder, line);
+}
+
+#[test]
 fn looks_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -438,14 +505,21 @@ fn an_element_grows_as_with_the_command() {
         ("A", plane(1.0)),
     ];
     write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
-    let knobs = [("distance", "1"), ("quality", "Exact")];
+    let knobs = [
+        ("distance", "1"),
+        ("quality", "Exact"),
+        ("bloom", "0.4"),
+        ("bloomLevel", "0.1"),
+        ("bloomRadius", "0.5"),
+    ];
     // The source fills the project, so nothing grows by itself.
     let own = in_host(folder, false, &knobs);
     assert_eq!((own.bounds.width(), own.bounds.height()), (WIDTH, HEIGHT));
     let grown = in_host(folder, false, &[&knobs[..], &[("expand", "On")]].concat());
     let (left, below) = (grown.bounds.x1, grown.bounds.y1);
     assert!(left < 0 && below < 0, "{:?}", grown.bounds);
-    let line = "apply --lens @lens.json --distance 1 --quality exact --expand on";
+    let line = "apply --lens @lens.json --distance 1 --quality exact --expand on --bloom 0.4 \
+                --bloom-level 0.1 --bloom-radius 0.5";
     succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
     let image = exr::prelude::read_first_flat_layer_from_file(folder.join("out.exr"));
     let layer = image.expect("an EXR").layer_data;

@@ -141,6 +141,71 @@ fn bloom_spreads_highlights_and_keeps_their_light() {
 }
 
 #[test]
+fn looks_change_by_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_lamp(folder);
+    for frame in [1, 2] {
+        let to = folder.join(format!("plate.{frame}.exr"));
+        std::fs::copy(folder.join("plate.exr"), to).expect("writable");
+    }
+    let table = |text: &str| std::fs::write(folder.join("look.csv"), text).expect("writable");
+    table("frame,squeeze,rotation,bloom\n0,1,0,0\n2,2,60,0.4\n");
+    let common =
+        "apply --lens library:modern-50 --distance inf --lens-scale 1 --blades 3 --bloom-level 2";
+    let frames = "@plate.%d.exr -o @out.%d.exr --frames 1-2 --animate @look.csv --bloom 0.1";
+    succeeds(folder, &format!("{common} {frames}"));
+    for (frame, options) in [
+        (1, "--squeeze 1.5 --rotation 30 --bloom 0.2"),
+        (2, "--squeeze 2 --rotation 60 --bloom 0.4"),
+    ] {
+        succeeds(
+            folder,
+            &format!("{common} {options} @plate.exr -o @out.exr"),
+        );
+        let own = read_channel(&folder.join(format!("out.{frame}.exr")), "G");
+        assert!(own == read_channel(&folder.join("out.exr"), "G"), "{frame}");
+    }
+    let shown = succeeds(folder, "info @out.1.exr").stdout;
+    assert!(
+        shown.contains("rotation 30 degrees, squeeze 1.5"),
+        "{shown}"
+    );
+    for (text, command, words) in [
+        (
+            "frame,squeeze\n1,9\n",
+            common,
+            ["frame 1, squeeze", "0.4 to 2.5"],
+        ),
+        ("frame,glow\n1,1\n", common, ["glow", "bloom-radius"]),
+        (
+            "frame,rotation\n1,1\n",
+            "apply --lens library:modern-50 --distance inf",
+            ["look.csv", "--blades"],
+        ),
+        (
+            "frame,squeeze\n1,1\n",
+            "remove --lens library:modern-50 --distance inf",
+            ["squeeze", "amount"],
+        ),
+    ] {
+        table(text);
+        let line = frames.replace(" --bloom 0.1", "").replace("out", "bad");
+        let bloom = if command == common {
+            " --bloom 0.1"
+        } else {
+            ""
+        };
+        let refused = seidel_in(folder, &format!("{command} {line}{bloom}"));
+        assert_eq!(refused.status, 1, "{text}: {}", refused.stderr);
+        for word in words {
+            assert!(refused.stderr.contains(word), "{text}: {}", refused.stderr);
+        }
+        assert!(!folder.join("bad.1.exr").exists(), "{text}");
+    }
+}
+
+#[test]
 fn bad_looks_are_refused_with_their_option_and_a_remedy() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

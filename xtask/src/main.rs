@@ -20,9 +20,9 @@ const USAGE: &str = "usage: cargo xtask TASK
   attack [--minutes N] [--only TARGET,..] [OPTIONS]
                               damage inputs, kill runs and fill disks; `attack --help` lists the options
   endurance [RUN..]           long runs: sequence, c-abi, node, or all; `attack --help` lists the options
-  bundle [--target TRIPLE] [--install [--to FOLDER]]
-                              build the OpenFX bundle, and install it
-  dist [--target TRIPLE] [--to FOLDER]
+  bundle [--target TRIPLE].. [--install] [OPTIONS]
+                              build the OpenFX bundle, and install it; `bundle --help` lists the options
+  dist [--target TRIPLE] [--glibc VERSION] [--to FOLDER]
                               build the release archive of this platform, with notices and checksums
   library [--check]           write the lens library, core/optics/library, or check that it is up to date
   luts [--check]              write the colour config and tables of luts/, or check that they are up to date

@@ -121,8 +121,9 @@ fn refuse_other_kinds(path: &Path) -> Result<()> {
 /// Writes a lens profile, whole or not at all.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// A file that cannot be written, and a profile that no file can hold.
 pub fn write(path: &Path, profile: &LensProfile) -> Result<()> {
+    (profile.check_storable()).map_err(|e| FileError::from_core(path, e))?;
     write_atomically(path, |out| out.write_all(profile.to_json().as_bytes()))
 }
 

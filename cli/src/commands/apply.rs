@@ -13,7 +13,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Expand, Quality, Settings};
 
-use super::plates::{Files, LookArgs, PlateCommandArgs, PlateReader, SettingsRecord, setting};
+use super::plates::{
+    Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SettingsRecord, setting,
+};
 use super::{CommandError, value_name};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -177,7 +179,6 @@ pub(super) fn run(
     settings.quality = args.quality.into();
     settings.edges = args.edges.edges();
     settings.expand = args.expand.into();
-    args.look.put(&mut settings)?;
     if args.residual.is_some() {
         // The residual is the rest of a render of the plate's own pixels with mirrored edges.
         settings.edges = settings.edges.or(Some(Edges::Mirror));
@@ -185,7 +186,8 @@ pub(super) fn run(
     }
     settings.occlusion = args.occlusion.settings();
     let settings_occlusion = settings.occlusion;
-    let reader = PlateReader::open(&args.lens, &args.shared, settings, console)?;
+    let look = LookUse::ThisLens(&args.look);
+    let reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
     let holdout = args.occlusion.holdout()?;
     let background = args.background.source();
     if args.background.is_used() && settings_occlusion.is_none() {

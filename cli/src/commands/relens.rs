@@ -10,7 +10,7 @@ use clap::Args;
 use seidel_core::{Edges, Settings};
 
 use super::CommandError;
-use super::plates::{Files, LookArgs, PlateCommandArgs, PlateReader};
+use super::plates::{Files, LookArgs, LookUse, PlateCommandArgs, PlateReader};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -48,9 +48,10 @@ pub(super) fn run(
     let mut settings = Settings::default();
     settings.edges = Some(Edges::Mirror);
     settings.removal = args.removal.settings();
-    let from = PlateReader::open(&args.from, &args.shared, settings.clone(), console)?;
-    args.look.put(&mut settings)?;
-    let to = PlateReader::open(&args.to, &args.shared, settings, console)?;
+    let (shared, look) = (&args.shared, &args.look);
+    let other = LookUse::OtherLens(look);
+    let from = PlateReader::open(&args.from, shared, other, settings.clone(), console)?;
+    let to = PlateReader::open(&args.to, shared, LookUse::ThisLens(look), settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,

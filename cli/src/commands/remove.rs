@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Grain, RemovalSettings, Settings};
 
 use super::CommandError;
-use super::plates::{Files, PlateCommandArgs, PlateReader};
+use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -117,7 +117,7 @@ pub(super) fn run(
         grain: args.grain.into(),
         ..args.removal.settings()
     };
-    let reader = PlateReader::open(&args.lens, &args.shared, settings, console)?;
+    let reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,

@@ -57,7 +57,11 @@ impl Bloom {
                 "bloom radius",
                 self.radius,
                 least..=most,
-                format!("give {least} to {most} of the width of the frame"),
+                format!(
+                    "give {least} to {most} of the width of the frame, that is {} to {} per cent",
+                    100.0 * least,
+                    100.0 * most
+                ),
             ),
         ];
         for (name, value, range, remedy) in faults {
@@ -91,6 +95,31 @@ impl Bloom {
             *v += (halo - f64::from(*excess)) as f32;
         });
     }
+
+    /// Returns how far the light of a pixel spreads along x and along y, pixels; `frame_px` as for [`Self::spread`].
+    pub fn reach_px(&self, frame_px: [f64; 2]) -> (f64, f64) {
+        if self.is_neutral() {
+            return (0.0, 0.0);
+        }
+        let stages = added_variances(frame_px.map(|px| self.radius * px));
+        let along = |axis: usize| {
+            let reaches = stages.map(|added| BoxFilter::of_variance(added[axis] / BOXES as f64));
+            let sum: usize = reaches.iter().map(BoxFilter::reach).sum();
+            (BOXES * sum) as f64
+        };
+        (along(0), along(1))
+    }
+}
+
+/// Returns the variances along x and y that each Gaussian of halos of `radii_px` adds to the one before, px².
+fn added_variances(radii_px: [f64; 2]) -> [[f64; 2]; DEVIATIONS.len()] {
+    let mut before = [0.0; 2];
+    DEVIATIONS.map(|deviation| {
+        let variances = radii_px.map(|r| (r * deviation).powi(2));
+        let added = [0, 1].map(|axis| variances[axis] - before[axis]);
+        before = variances;
+        added
+    })
 }
 
 /// Returns the light of `excess` spread by halos of `radii_px` along x and y.
@@ -98,13 +127,9 @@ fn halo(excess: &[f32], width: usize, radii_px: [f64; 2]) -> Vec<f64> {
     let weight = 1.0 / DEVIATIONS.len() as f64;
     let mut sum = vec![0.0; excess.len()];
     let mut blurred: Vec<f64> = excess.iter().map(|v| f64::from(*v)).collect();
-    let mut before = [0.0; 2];
-    for deviation in DEVIATIONS {
-        let variances = radii_px.map(|r| (r * deviation).powi(2));
+    for added in added_variances(radii_px) {
         // The blur of one Gaussian is the start of the next.
-        let more = [0, 1].map(|axis| variances[axis] - before[axis]);
-        blur(&mut blurred, width, more);
-        before = variances;
+        blur(&mut blurred, width, added);
         (sum.par_iter_mut().zip(&blurred)).for_each(|(sum, v)| *sum += weight * v);
     }
     sum
@@ -176,6 +201,11 @@ impl BoxFilter {
         }
     }
 
+    /// Values on each side that the filter weights.
+    fn reach(&self) -> usize {
+        self.whole + usize::from(self.end > 0.0)
+    }
+
     /// Filters `values` mirrored at their ends; `line` is a buffer.
     fn filter(&self, values: &mut [f64], line: &mut Vec<f64>) {
         let margin = self.whole + 1;
@@ -245,6 +275,40 @@ mod tests {
         assert!((near / 400.0 - 0.5).abs() < 0.05, "{near}");
         let (beside, away) = (after[45 * WIDTH + 90], after[45 * WIDTH + 110]);
         assert!(beside > away && away > 0.18, "{beside} {away}");
+    }
+
+    #[test]
+    fn light_ends_at_the_reach() {
+        let (width, height) = (301, 201);
+        let frame_px = [200.0, 100.0];
+        for radius in [0.0005, 0.004, 0.04] {
+            let bloom = Bloom {
+                share: 0.4,
+                level: 0.0,
+                radius,
+            };
+            let mut plane = vec![0.0; width * height];
+            plane[100 * width + 150] = 1e6;
+            bloom.spread(&mut plane, width, frame_px);
+            // Above the rounding of running sums beside a lamp of 1e6.
+            let is_lit = |x: usize, y: usize| plane[y * width + x] > 1e-6;
+            let along_x = (150..width).rposition(|x| is_lit(x, 100)).expect("light");
+            let along_y = (100..height).rposition(|y| is_lit(150, y)).expect("light");
+            let (x, y) = bloom.reach_px(frame_px);
+            for (lit, reach) in [(along_x as f64, x), (along_y as f64, y)] {
+                assert!(lit <= reach, "{radius}: {lit} {reach}");
+                // Narrow halos fade long before their filters end.
+                assert!(
+                    radius < 0.01 || lit > 0.75 * reach,
+                    "{radius}: {lit} {reach}"
+                );
+            }
+            let none = Bloom {
+                share: 0.0,
+                ..bloom
+            };
+            assert_eq!(none.reach_px(frame_px), (0.0, 0.0));
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
     FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, aperture_picture,
-    draw_psf_grid, field, image_of_input, render_window, tint_by_focus,
+    draw_psf_grid, field, image_of_input, in_host_pixels, render_window, tint_by_focus,
 };
 use crate::settings::{
     HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look_with, settings,
@@ -134,9 +134,11 @@ impl Render<'_, '_> {
         }
         let task = self.task(output)?;
         let encoding = self.source.encoding(self.call, knobs)?;
+        let in_host = |failure| in_host_pixels(failure, frame.map, frame.extent);
         let image = self
             .source
-            .read(knobs, frame.map, frame.extent, encoding.as_ref())?;
+            .read(knobs, frame.map, frame.extent, encoding.as_ref())
+            .map_err(in_host)?;
         let geometry = plate_geometry(knobs, frame.scale, frame.format, frame.extent);
         let job = RenderJob {
             task,
@@ -148,7 +150,7 @@ impl Render<'_, '_> {
             margins: frame.margins,
             window,
         };
-        let Some(rendered) = job.run(&self.call.effect)? else {
+        let Some(rendered) = job.run(&self.call.effect).map_err(in_host)? else {
             return Ok(Outcome::Aborted);
         };
         let mut image = rendered.image;
@@ -170,6 +172,10 @@ impl Render<'_, '_> {
     fn task(&self, output: i32) -> Result<Task> {
         let mode = self.knobs.choice(&lens::MODE);
         match output {
+            output::COC_MAP if self.original.channels() < 3 => Err(Failure::failed(
+                "Output: CoC Map needs a source with R, G and B; connect one, or set Output to Result.",
+            )),
+            output::COC_MAP => Ok(Task::CocMap),
             output::CONFIDENCE if mode == lens::REMOVE => Ok(Task::Confidence),
             output::NOISE_GAIN if mode == lens::REMOVE => Ok(Task::NoiseGain),
             output::CONFIDENCE | output::NOISE_GAIN => Err(Failure::failed(

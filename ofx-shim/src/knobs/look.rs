@@ -67,7 +67,7 @@ pub(crate) static ROUNDNESS: Knob = number(
 pub(crate) static ROTATION: Knob = number(
     c"rotation",
     c"Rotation",
-    c"Direction of one corner of the iris, in degrees from right towards down.",
+    c"Direction of one corner of discs before the focus, in degrees from right towards down. Behind the focus they are turned by 180 degrees.",
     Blades::ROTATION_DEG,
     1,
 );

@@ -1,9 +1,6 @@
 //! The input Aperture as a picture of the aperture.
 
-use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::rc::Rc;
-use std::sync::{Mutex, PoisonError};
 
 use seidel_core::AperturePicture;
 
@@ -16,9 +13,6 @@ use crate::knobs::{Knobs, look};
 
 /// Index of the alpha channel.
 const ALPHA: i32 = 3;
-
-/// The pictures that were read, by a hash of their samples: a picture stays in memory, so none is taken twice.
-static PICTURES: Mutex<BTreeMap<u64, &'static AperturePicture>> = Mutex::new(BTreeMap::new());
 
 /// Returns the picture of the input Aperture, if it is switched on: the mean of R, G and B or the only channel, times A.
 ///
@@ -56,21 +50,5 @@ pub(crate) fn aperture_picture(
     if image.channels == 4 {
         (samples.iter_mut().zip(read(ALPHA)?)).for_each(|(sample, alpha)| *sample *= alpha);
     }
-    kept(area.width, &samples).map(Some)
-}
-
-/// Returns the picture with these samples, of before if there was one.
-fn kept(width: usize, samples: &[f32]) -> Result<&'static AperturePicture> {
-    let mut hasher = DefaultHasher::new();
-    width.hash(&mut hasher);
-    samples.iter().for_each(|v| v.to_bits().hash(&mut hasher));
-    let key = hasher.finish();
-    let mut pictures = PICTURES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(picture) = pictures.get(&key) {
-        return Ok(picture);
-    }
-    let picture = AperturePicture::new(width, samples)?;
-    let picture: &'static AperturePicture = Box::leak(Box::new(picture));
-    pictures.insert(key, picture);
-    Ok(picture)
+    Ok(Some(AperturePicture::shared(area.width, &samples)?))
 }

@@ -7,6 +7,7 @@ use seidel_core::{
     Image, LensSession, Margins, NoiseGain, Plate, PreparedPlate, Progress, Rectangle,
 };
 
+use super::coc_map::coc_map;
 use super::results::{KeptResult, kept_or_rendered};
 use crate::depth_warning;
 use crate::host::{Effect, Result};
@@ -23,6 +24,8 @@ pub(crate) enum Task {
     Confidence,
     /// The amplification of noise by a removal.
     NoiseGain,
+    /// The circle of confusion of each pixel in false colour.
+    CocMap,
     /// The plate with the blur of this lens in place of its own.
     Relens(Arc<LensSession>),
 }
@@ -127,6 +130,19 @@ impl RenderJob {
                 };
                 let render = || threads::run(effect, work);
                 let result = kept_or_rendered(&prepared, "relens", Some(&other), None, render)?;
+                (result, extent)
+            }
+            Task::CocMap => {
+                let prepared = Arc::new(prepared);
+                let plate = Arc::clone(&prepared);
+                let work = move |_: &Progress<'_>| {
+                    Ok(KeptResult {
+                        image: coc_map(&plate)?,
+                        warnings: warnings(&plate)?,
+                    })
+                };
+                let render = || threads::run(effect, work);
+                let result = kept_or_rendered(&prepared, "coc map", None, None, render)?;
                 (result, extent)
             }
             Task::Remove | Task::Confidence | Task::NoiseGain => {

@@ -5,19 +5,24 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::checks::ALL;
+use crate::drive::binary_path;
 use crate::files;
 use crate::render_job::{ClipFile, RenderJob};
-use crate::runner::{child_main, print_line, run_all, run_in_process, select, summarize};
+use crate::result_files;
+use crate::runner::{Outcome, child_main, print_line, run_all, run_in_process, select, summarize};
 use crate::subject::Subject;
 
 const HELP: &str = "\
-Usage: seidel-ofx-host PLUGIN [--kind KIND] [--id ID] [--in-process] [CHECK...]
+Usage: seidel-ofx-host PLUGIN [--kind KIND] [--id ID] [--json FILE] [--junit FILE] [--in-process] [CHECK...]
 
 Runs all checks, or those whose names contain CHECK, on the plugin in a binary (.ofx) or bundle. Prints one line per
-check. The exit status is 1 if any check fails.
+check, then the causes of faults, those of most checks first. The exit status is 0 if all checks pass, 1 if any fails,
+2 if the command line is wrong or there is no such plugin.
 
   --kind KIND    the kind of plugin, whose parameters the checks use: any (the default), box, seidel
   --id ID        the plugin's identifier, if the binary has several plugins
+  --json FILE    writes the results as JSON
+  --junit FILE   writes the results as XML in the format of JUnit, which build servers read
   --in-process   runs all checks in this process, for debuggers and memory checkers
   --list         lists the checks
 
@@ -39,6 +44,8 @@ struct Arguments {
     kind: String,
     id: Option<String>,
     in_process: bool,
+    json: Option<PathBuf>,
+    junit: Option<PathBuf>,
     filters: Vec<String>,
     /// The file to render to, instead of running checks.
     render: Option<PathBuf>,
@@ -55,6 +62,8 @@ impl Arguments {
             kind: "any".to_owned(),
             id: None,
             in_process: false,
+            json: None,
+            junit: None,
             filters: Vec::new(),
             render: None,
             job: RenderJob::default(),
@@ -71,6 +80,8 @@ impl Arguments {
             match argument.as_str() {
                 "--kind" => parsed.kind = value()?,
                 "--id" => parsed.id = Some(value()?),
+                "--json" => parsed.json = Some(PathBuf::from(value()?)),
+                "--junit" => parsed.junit = Some(PathBuf::from(value()?)),
                 "--in-process" => parsed.in_process = true,
                 "--render" => parsed.render = Some(PathBuf::from(value()?)),
                 "--feed" => parsed.job.feeds.push(clip_file(&value()?)?),
@@ -144,6 +155,10 @@ fn run(arguments: Arguments) -> Result<ExitCode, String> {
         return Ok(ExitCode::SUCCESS);
     }
     let plugin = arguments.plugin.ok_or("give a plugin")?;
+    let binary = binary_path(&plugin);
+    if !binary.is_file() {
+        return Err(format!("{}: there is no such plugin", binary.display()));
+    }
     if let Some(output) = arguments.render {
         let job = RenderJob {
             plugin,
@@ -163,7 +178,11 @@ fn run(arguments: Arguments) -> Result<ExitCode, String> {
         ));
     }
     let subject = Subject::new(plugin, &arguments.kind, arguments.id)?;
-    let outcomes = if arguments.in_process {
+    if select(&arguments.filters).is_empty() {
+        let filters = arguments.filters.join(", ");
+        return Err(format!("{filters}: no check has such a name; see --list"));
+    }
+    let outcomes: Vec<Outcome> = if arguments.in_process {
         (select(&arguments.filters).into_iter())
             .map(|check| {
                 let outcome = run_in_process(check, &subject);
@@ -176,5 +195,14 @@ fn run(arguments: Arguments) -> Result<ExitCode, String> {
             print_line!("{}", outcome.lines());
         })
     };
+    let files = [
+        (arguments.json, result_files::json(&subject, &outcomes)),
+        (arguments.junit, result_files::junit(&subject, &outcomes)),
+    ];
+    for (file, text) in files {
+        if let Some(file) = file {
+            std::fs::write(&file, text).map_err(|e| format!("{}: {e}", file.display()))?;
+        }
+    }
     Ok(summarize(&outcomes))
 }

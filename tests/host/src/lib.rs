@@ -2,6 +2,7 @@
 //!
 //! It shares no bindings with the plugins it tests, so that it finds their wrong constants and structures.
 
+pub mod causes;
 pub mod checks;
 pub mod command;
 pub mod drive;
@@ -9,6 +10,7 @@ pub mod files;
 pub mod host;
 pub mod picture;
 pub mod render_job;
+pub mod result_files;
 pub mod runner;
 pub mod scene;
 pub mod subject;

@@ -134,6 +134,27 @@ impl Region {
         Self::new(x1 * width, y1 * height, x2 * width, y2 * height)
     }
 
+    /// Returns the region with the sides of `project` in place of those that are infinitely far away, as of a generator.
+    #[must_use]
+    pub fn or_project(&self, project: &Self) -> Self {
+        let side = |own: f64, of_project: f64| {
+            if own.abs() < Self::FARTHEST {
+                own
+            } else {
+                of_project
+            }
+        };
+        Self::new(
+            side(self.x1, project.x1),
+            side(self.y1, project.y1),
+            side(self.x2, project.x2),
+            side(self.y2, project.y2),
+        )
+    }
+
+    /// Coordinate from which sides count as infinitely far away: no picture of a check is as large.
+    const FARTHEST: f64 = 1e6;
+
     /// Returns the pixels that it touches, at a render scale (x, y) and pixel aspect ratio.
     #[must_use]
     pub fn pixels(&self, scale: (f64, f64), par: f64) -> Rect {
@@ -314,6 +335,15 @@ pub fn plate(bounds: Rect, channels: usize, seed: u32) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn infinite_regions_end_with_the_project() {
+        let project = Region::new(0.0, 0.0, 45.0, 37.0);
+        let infinite = Region::new(-2147483648.0, 5.0, f64::INFINITY, f64::NAN);
+        let finite = infinite.or_project(&project);
+        assert_eq!(finite, Region::new(0.0, 5.0, 45.0, 37.0));
+        assert_eq!(project.or_project(&finite), project);
+    }
 
     #[test]
     fn pixels_of_regions_round_trip() {

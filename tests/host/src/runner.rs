@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::causes::root_causes;
 use crate::checks::{ALL, Check, Report, find};
 use crate::host::locked;
 use crate::subject::Subject;
@@ -41,6 +42,8 @@ pub struct Outcome {
     pub check: &'static str,
     /// Its findings.
     pub report: Report,
+    /// The time that it took.
+    pub duration: Duration,
 }
 
 impl Outcome {
@@ -50,15 +53,25 @@ impl Outcome {
         self.report.faults.is_empty()
     }
 
+    /// The result in one word, for files.
+    #[must_use]
+    pub fn result(&self) -> &'static str {
+        if !self.passed() {
+            "failed"
+        } else if self.report.skipped.is_empty() {
+            "passed"
+        } else {
+            "passed in part"
+        }
+    }
+
     /// Formats the result: one line, and one more for each fault or skipped part.
     #[must_use]
     pub fn lines(&self) -> String {
-        let state = if !self.passed() {
-            "FAILED"
-        } else if self.report.skipped.is_empty() {
-            "ok"
-        } else {
-            "ok, in part"
+        let state = match self.result() {
+            "failed" => "FAILED",
+            "passed" => "ok",
+            _ => "ok, in part",
         };
         let mut text = format!("{:<24} {state}", self.check);
         for skipped in &self.report.skipped {
@@ -74,27 +87,27 @@ impl Outcome {
 /// Runs a check in this process.
 #[must_use]
 pub fn run_in_process(check: &'static Check, subject: &Subject) -> Outcome {
+    run(check, |report| (check.run)(subject, report))
+}
+
+/// Runs `work` as a check; an error is a fault.
+fn run(check: &'static Check, work: impl FnOnce(&mut Report) -> Result<(), String>) -> Outcome {
+    let start = Instant::now();
     let mut report = Report::default();
-    if let Err(fault) = (check.run)(subject, &mut report) {
+    if let Err(fault) = work(&mut report) {
         report.fault(fault);
     }
     Outcome {
         check: check.name,
         report,
+        duration: start.elapsed(),
     }
 }
 
 /// Runs a check in a process of its own, which runs the same program. The program must call [`child_main`] first.
 #[must_use]
 pub fn run_isolated(check: &'static Check, subject: &Subject) -> Outcome {
-    let mut report = Report::default();
-    if let Err(fault) = run_child(check, subject, &mut report) {
-        report.fault(fault);
-    }
-    Outcome {
-        check: check.name,
-        report,
-    }
+    run(check, |report| run_child(check, subject, report))
 }
 
 fn run_child(check: &Check, subject: &Subject, report: &mut Report) -> Result<(), String> {
@@ -207,9 +220,23 @@ pub fn run_all(
         .unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Prints the number of failures. Succeeds if at least one check ran and none failed.
+/// Prints the causes of faults, those of most checks first, and the number of failures. Succeeds if at least one check ran and
+/// none failed.
 pub(crate) fn summarize(outcomes: &[Outcome]) -> ExitCode {
     let failed = outcomes.iter().filter(|outcome| !outcome.passed()).count();
+    let causes = root_causes(outcomes);
+    if !causes.is_empty() {
+        print_line!("causes, those of most checks first:");
+    }
+    for cause in causes {
+        print_line!("  {}", cause.text);
+        let plural = if cause.faults == 1 { "" } else { "s" };
+        print_line!(
+            "    {} fault{plural} of {}",
+            cause.faults,
+            cause.checks.join(", ")
+        );
+    }
     print_line!("{} checks, {failed} failed", outcomes.len());
     if failed == 0 && !outcomes.is_empty() {
         ExitCode::SUCCESS

@@ -38,21 +38,32 @@ impl Candidates<'_> {
             .flat_map(|path| path.split(separator));
         let first = folders.find(|folder| !folder.is_empty()).map(PathBuf::from);
         let standard = self.standard_is_writable.then(standard_folder);
-        if let Some(folder) = self.argument.or(first).or(standard) {
-            let advice = String::new();
+        if let Some(folder) = self.argument.or_else(|| first.clone()).or(standard) {
+            let advice = if folder == standard_folder() {
+                "\nEvery OpenFX host finds it at its next start, for all users.".to_owned()
+            } else if first.as_ref() == Some(&folder) {
+                "\nHosts find it that are started with the OFX_PLUGIN_PATH of this shell, such as from this shell.".to_owned()
+            } else {
+                advice_about(&folder)
+            };
             return Ok(Destination { folder, advice });
         }
         let home = self
             .home
             .ok_or("there is no home folder; give --to FOLDER")?;
         let folder = home.join("OFX").join("Plugins");
-        let advice = format!(
-            "\nHosts do not search this folder by default: set OFX_PLUGIN_PATH to {}, or copy the bundle to {} as administrator.",
-            folder.display(),
-            standard_folder().display()
-        );
+        let advice = advice_about(&folder);
         Ok(Destination { folder, advice })
     }
+}
+
+/// Returns what to do for hosts that do not search `folder`.
+fn advice_about(folder: &Path) -> String {
+    format!(
+        "\nNo host finds it yet: set OFX_PLUGIN_PATH to {} where hosts are started, or copy the bundle to {} as administrator.",
+        folder.display(),
+        standard_folder().display()
+    )
 }
 
 /// The folder that every host searches.
@@ -144,6 +155,14 @@ mod tests {
             ..without_argument()
         };
         assert_eq!(folder(empty_path), standard_folder());
+        let advice = |candidates: Candidates<'_>| candidates.choose().expect("a folder").advice;
+        assert!(advice(all()).contains("No host finds it yet: set OFX_PLUGIN_PATH to argument"));
+        assert!(advice(without_argument()).contains("OFX_PLUGIN_PATH of this shell"));
+        let standard = Candidates {
+            plugin_path: None,
+            ..without_argument()
+        };
+        assert!(advice(standard).contains("Every OpenFX host"));
     }
 
     #[test]

@@ -15,6 +15,9 @@ There is also the Rust standard library (MIT OR Apache-2.0, copyright The Rust P
 https://github.com/rust-lang/rust/blob/master/COPYRIGHT).
 ";
 
+/// The runtime that is linked into binaries for `windows-gnu`.
+const MINGW: &str = include_str!("mingw-notice.txt");
+
 /// Parts of the names of files that hold a licence or a notice.
 const LICENCE_FILES: [&str; 5] = ["LICENSE", "LICENCE", "COPYING", "COPYRIGHT", "NOTICE"];
 
@@ -71,7 +74,11 @@ pub(crate) fn generate(
         triple,
     ])?;
     let metadata = serde_json::from_str(&metadata).map_err(|e| format!("cargo metadata: {e}"))?;
-    text(head, &libraries(&tree, &metadata)?)
+    let mut text = text(head, &libraries(&tree, &metadata)?)?;
+    if triple.ends_with("windows-gnu") {
+        text.push_str(MINGW);
+    }
+    Ok(text)
 }
 
 /// The libraries of `cargo tree` that are not packages of this project.

@@ -65,6 +65,11 @@ impl Entry {
         })
     }
 
+    /// Returns whether the path of the file in the archive contains `name`.
+    pub(super) fn is_about(&self, name: &str) -> bool {
+        self.path.contains(name)
+    }
+
     /// Reads all files below the folder `from`, which becomes `to` in the archive. Files of a plugin's binary folder are
     /// programs.
     pub(super) fn read_folder(from: &Path, to: &str) -> Result<Vec<Self>, String> {

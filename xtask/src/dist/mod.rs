@@ -6,11 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::bundle::{self, Cargo, host_triple, notices};
+use crate::bundle::{self, Binary, Cargo, GlibcVersion, host_triple, notices};
 use crate::header;
 use archive::{Entry, Mode};
 
-const USAGE: &str = "cargo xtask dist [--target TRIPLE] [--to FOLDER]";
+const USAGE: &str = "usage: cargo xtask dist [--target TRIPLE] [--glibc VERSION] [--to FOLDER]; the options of `bundle`";
 
 /// The packages whose libraries the notices list: the command, the C library and the plugin.
 const PACKAGES: [&str; 3] = ["seidel", "seidel-plugin", "seidel-ofx"];
@@ -37,7 +37,9 @@ const LENSES: [&str; 2] = ["core/optics/library", "lenses"];
 #[derive(Debug, Default, PartialEq)]
 struct Options {
     target: Option<String>,
+    glibc: Option<GlibcVersion>,
     to: Option<PathBuf>,
+    help: bool,
 }
 
 impl Options {
@@ -46,12 +48,14 @@ impl Options {
         while let Some(argument) = arguments.next() {
             let mut value = || {
                 let value = arguments.next();
-                value.ok_or_else(|| format!("{argument} needs a value; usage: {USAGE}"))
+                value.ok_or_else(|| format!("{argument} needs a value; {USAGE}"))
             };
             match argument.as_str() {
+                "--help" | "-h" => options.help = true,
                 "--target" => options.target = Some(value()?),
+                "--glibc" => options.glibc = Some(value()?.parse()?),
                 "--to" => options.to = Some(value()?.into()),
-                other => return Err(format!("unknown argument {other}; usage: {USAGE}")),
+                other => return Err(format!("unknown argument {other}; {USAGE}")),
             }
         }
         Ok(options)
@@ -64,18 +68,26 @@ impl Options {
 /// Wrong arguments, a failed build, a dependency without a licence, and files that cannot be read or written.
 pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Result<String, String> {
     let options = Options::parse(arguments)?;
+    if options.help {
+        return Ok(USAGE.to_owned());
+    }
     let target = options.target.as_deref();
     let triple = target.map_or_else(host_triple, str::to_owned);
     let cargo = Cargo::new(root);
     let notices = notices::generate(&cargo, &PACKAGES, &triple, NOTICES_HEAD)?;
-    cargo.build(&["seidel", "seidel-plugin"], target)?;
-    let bundle = bundle::make(root, target)?;
+    let release = cargo.build(&["seidel", "seidel-plugin"], target, options.glibc)?;
+    let bundle = bundle::make(root, target, options.glibc)?;
     let output = cargo.target_folder()?;
-    let release = bundle::release_folder(&output, target);
 
     let mut entries = vec![Entry::text("THIRD-PARTY-NOTICES.txt", notices)];
     let binaries = binaries(&triple);
     for (from, to) in &binaries {
+        if let Some(glibc) = options.glibc {
+            let needs = Binary::read(&release.join(from))?;
+            needs
+                .check_glibc(glibc)
+                .map_err(|e| format!("{from}: {e}"))?;
+        }
         entries.push(Entry::read(&release.join(from), to, Mode::Program)?);
     }
     entries.push(Entry::read(
@@ -84,11 +96,13 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
         Mode::Text,
     )?);
     let name = bundle
+        .path
         .file_name()
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    entries.extend(Entry::read_folder(&bundle, &name)?);
+    let files = Entry::read_folder(&bundle.path, &name)?.into_iter();
+    entries.extend(files.filter(|file| !bundle.kept.iter().any(|other| file.is_about(other))));
     entries.extend(Entry::read_folder(&root.join(LENSES[0]), LENSES[1])?);
     for text in TEXTS {
         let path = root.join(text);
@@ -170,6 +184,7 @@ mod tests {
         let both = Options {
             target: Some("x86_64-pc-windows-msvc".into()),
             to: Some("out".into()),
+            ..Options::default()
         };
         assert_eq!(parse("--to out --target x86_64-pc-windows-msvc"), Ok(both));
         assert!(parse("--too out").is_err() && parse("--to").is_err());

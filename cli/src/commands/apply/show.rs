@@ -1,8 +1,8 @@
 //! `--show`: pictures of the blur by depth, instead of the blurred plate.
 
 use clap::ValueEnum;
-use seidel_core::BlurMap;
 use seidel_core::render::FocusSide;
+use seidel_core::{BlurMap, COC_SCALE, CocColours};
 
 use crate::commands::CommandError;
 use crate::commands::plates::LoadedPlate;
@@ -35,19 +35,6 @@ impl Colour {
         format!("#{r:02x}{g:02x}{b:02x}")
     }
 }
-
-/// The scale of `--show coc`: diameters in px with their colours, interpolated between by the logarithm of the diameter.
-const SCALE: [(f32, &str, Colour); 9] = [
-    (0.0, "black", Colour([0, 0, 0])),
-    (1.0, "blue", Colour([40, 60, 220])),
-    (2.0, "cyan", Colour([0, 190, 220])),
-    (4.0, "green", Colour([40, 180, 70])),
-    (8.0, "yellow", Colour([245, 225, 60])),
-    (16.0, "orange", Colour([245, 140, 30])),
-    (32.0, "red", Colour([215, 30, 35])),
-    (64.0, "magenta", Colour([215, 60, 205])),
-    (128.0, "white", Colour([255, 255, 255])),
-];
 
 /// Growth of the circle of confusion over that in the plane of focus up to which a pixel is in focus, px.
 const IN_FOCUS_PX: f32 = 2.0;
@@ -127,7 +114,10 @@ fn rgb_planes(loaded: &LoadedPlate) -> Result<[usize; 3], CommandError> {
 }
 
 fn coc(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {
-    let stops = SCALE.map(|(px, name, colour)| format!("{px} {name} ({})", colour.hex()));
+    let stops = COC_SCALE.map(|stop| {
+        let colour = Colour(stop.srgb).hex();
+        format!("{} {} ({colour})", stop.diameter_px, stop.name)
+    });
     let diameters = &map.diameter_px;
     let least = diameters.iter().copied().fold(f32::INFINITY, f32::min);
     let largest = diameters.iter().copied().fold(0.0, f32::max);
@@ -138,25 +128,12 @@ fn coc(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {
         ),
         format!("in this plate it is {least:.1} to {largest:.1} px"),
     ];
-    let scale = SCALE.map(|(px, _, colour)| (px, colour.linear()));
+    let colours = CocColours::default();
     let pixel = move |index: usize, _, coverage| {
-        on_scale(&scale, map.diameter_px[index]).map(|value| coverage * value)
+        let colour = colours.of(map.diameter_px[index]);
+        colour.map(|value| coverage * value)
     };
     (Box::new(pixel), legend)
-}
-
-/// Returns the colour of a diameter.
-fn on_scale(scale: &[(f32, [f32; 3])], diameter_px: f32) -> [f32; 3] {
-    let above = scale.partition_point(|(px, _)| *px <= diameter_px);
-    let high = above.clamp(1, scale.len() - 1);
-    let ((a, from), (b, to)) = (scale[high - 1], scale[high]);
-    let share = if a == 0.0 {
-        diameter_px / b
-    } else {
-        (diameter_px / a).log2() / (b / a).log2()
-    };
-    let share = share.clamp(0.0, 1.0);
-    std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
 }
 
 /// Returns nothing where the lens has no focus.
@@ -241,20 +218,6 @@ fn distance_words(vergence_per_m: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_scale_passes_through_its_colours() {
-        let scale = SCALE.map(|(px, _, colour)| (px, colour.linear()));
-        for (px, _, colour) in SCALE {
-            assert_eq!(on_scale(&scale, px), colour.linear(), "{px}");
-        }
-        assert_eq!(on_scale(&scale, 1e6), [1.0; 3]);
-        let between = on_scale(&scale, 8.0_f32.sqrt());
-        let (a, b) = (SCALE[2].2.linear(), SCALE[3].2.linear());
-        for k in 0..3 {
-            assert!((between[k] - (a[k] + b[k]) / 2.0).abs() < 1e-5);
-        }
-    }
 
     #[test]
     fn neighbouring_slices_have_other_colours() {

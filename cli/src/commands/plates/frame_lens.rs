@@ -9,7 +9,7 @@ use seidel_core::{ErrorKind, LensSession, ObjectDistance, Settings};
 
 use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
-use super::look::look_record;
+use super::look::{self, LookArgs, look_record};
 use super::{SettingsRecord, setting};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, short_name};
@@ -23,7 +23,7 @@ pub(crate) struct LensArgs {
     pub(super) options: LensOptions,
     /// Table of values by frame of --amount, --focus-distance, --f-number and others; interpolated between its frames
     ///
-    /// CSV with a column `frame` and one column per option, or JSON.
+    /// CSV with a column `frame` and one column per option, or JSON. The numbers of the look are among them, but not --blades.
     #[arg(long, help_heading = "Look", value_name = "FILE")]
     pub(super) animate: Option<PathBuf>,
 }
@@ -121,15 +121,28 @@ const COLUMNS: [Column; 10] = [
 /// Prefix of the columns that scale the blur of a channel.
 const CHANNEL_PREFIX: &str = "channel-scale.";
 
-/// Rejects a table with a column that is not an option.
-pub(super) fn check_columns(table: &Animation) -> Result<(), CommandError> {
-    let is_known = |name: &str| {
-        name.starts_with(CHANNEL_PREFIX) || COLUMNS.iter().any(|column| column.name == name)
-    };
+/// Rejects a table with a column that is not an option; `look` are those of the look, `None` where a command has none.
+pub(super) fn check_columns(
+    table: &Animation,
+    look: Option<&LookArgs>,
+) -> Result<(), CommandError> {
+    let of_look = look.map_or(&[][..], |_| &look::COLUMNS);
+    let names: Vec<&str> = (COLUMNS.iter().map(|column| column.name))
+        .chain(of_look.iter().map(|column| column.name))
+        .collect();
+    if look.is_some_and(|look| look.lacks_blades(table)) {
+        return Err(FileError::new(
+            table.path(),
+            "roundness, rotation",
+            "change no blades",
+            "give --blades as well",
+        )
+        .into());
+    }
+    let is_known = |name: &&str| name.starts_with(CHANNEL_PREFIX) || names.contains(name);
     let Some(unknown) = table.names().find(|name| !is_known(name)) else {
         return Ok(());
     };
-    let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
     Err(FileError::new(
         table.path(),
         unknown,

@@ -7,6 +7,7 @@ use seidel_core::{AperturePicture, Blades, Bloom, Look, LookRange, Settings};
 
 use super::{SettingsRecord, setting};
 use crate::commands::CommandError;
+use seidel_image_io::animation::{Animation, Interpolation};
 use seidel_image_io::error::FileError;
 use seidel_image_io::image_channel::ImageChannel;
 
@@ -23,7 +24,9 @@ pub(crate) struct LookArgs {
     /// Curvature of the blades, 0 (straight) to 1 (one circle)
     #[arg(long, value_name = "R", requires = "blades", default_value_t = 0.0, value_parser = parse_roundness)]
     roundness: f64,
-    /// Direction of one corner of the iris, degrees from right towards down, -180 to 180
+    /// Direction of one corner of discs before the focus, degrees from right towards down, -180 to 180
+    ///
+    /// Discs behind the focus are turned by 180 degrees.
     #[arg(long, value_name = "DEGREES", requires = "blades", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_rotation)]
     rotation: f64,
     /// Picture of the aperture, white where light passes: background discs show it. Its shorter side is the width of the pupil
@@ -60,6 +63,48 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "PERCENT", requires = "bloom", default_value_t = 1.0, value_parser = parse_radius)]
     bloom_radius: f64,
 }
+
+/// A number of the look that an animation table can change.
+pub(super) struct LookColumn {
+    /// Its name, that of the option.
+    pub(super) name: &'static str,
+    /// Parses a value; gives a remedy for one out of range.
+    parse: fn(&str) -> Result<f64, String>,
+    option: fn(&mut LookArgs) -> &mut f64,
+}
+
+impl LookColumn {
+    const fn new(
+        name: &'static str,
+        parse: fn(&str) -> Result<f64, String>,
+        option: fn(&mut LookArgs) -> &mut f64,
+    ) -> Self {
+        Self {
+            name,
+            parse,
+            option,
+        }
+    }
+}
+
+/// The numbers of the look that an animation table can change.
+pub(super) const COLUMNS: [LookColumn; 11] = [
+    LookColumn::new("roundness", parse_roundness, |args| &mut args.roundness),
+    LookColumn::new("rotation", parse_rotation, |args| &mut args.rotation),
+    LookColumn::new("squeeze", parse_squeeze, |args| &mut args.squeeze),
+    LookColumn::new("obstruction", parse_obstruction, |args| {
+        &mut args.obstruction
+    }),
+    LookColumn::new("cats-eye", parse_cats_eye, |args| &mut args.cats_eye),
+    LookColumn::new("spherical", parse_spherical, |args| &mut args.spherical),
+    LookColumn::new("axial-colour", parse_colour, |args| &mut args.axial_colour),
+    LookColumn::new("lateral-colour", parse_colour, |args| {
+        &mut args.lateral_colour
+    }),
+    LookColumn::new("bloom", parse_share, |args| &mut args.bloom),
+    LookColumn::new("bloom-level", parse_level, |args| &mut args.bloom_level),
+    LookColumn::new("bloom-radius", parse_radius, |args| &mut args.bloom_radius),
+];
 
 /// Parses a number within `range`.
 fn within(text: &str, range: LookRange) -> Result<f64, String> {
@@ -146,6 +191,12 @@ impl LookArgs {
             .as_deref()
             .map(read_picture)
             .transpose()?;
+        self.put_with(picture, settings);
+        Ok(())
+    }
+
+    /// Puts look and bloom into `settings`, with this picture of the aperture.
+    fn put_with(&self, picture: Option<&'static AperturePicture>, settings: &mut Settings) {
         settings.look = Look {
             picture,
             blades: self.blades.map(|count| Blades {
@@ -165,7 +216,36 @@ impl LookArgs {
             level: self.bloom_level,
             radius: self.bloom_radius / 100.0,
         });
+    }
+
+    /// Puts look and bloom of `frame` into `settings`, with the values that `table` has for it and the picture of `settings`.
+    ///
+    /// # Errors
+    /// Values out of range.
+    pub(super) fn put_at_frame(
+        &self,
+        table: &Animation,
+        frame: i64,
+        settings: &mut Settings,
+    ) -> Result<(), FileError> {
+        let mut at_frame = self.clone();
+        for column in &COLUMNS {
+            if let Some(value) = table.value(column.name, frame, Interpolation::Linear) {
+                let parsed = (column.parse)(&value.to_string());
+                *(column.option)(&mut at_frame) = parsed.map_err(|remedy| {
+                    let place = format!("frame {frame}, {}", column.name);
+                    FileError::new(table.path(), place, format!("is {value}"), remedy)
+                })?;
+            }
+        }
+        at_frame.put_with(settings.look.picture, settings);
         Ok(())
+    }
+
+    /// Returns whether `table` changes the curvature or the rotation of blades that no option gives.
+    pub(super) fn lacks_blades(&self, table: &Animation) -> bool {
+        self.blades.is_none()
+            && (table.names()).any(|name| name == "roundness" || name == "rotation")
     }
 
     /// Returns the files that the look is read from.
@@ -178,9 +258,7 @@ impl LookArgs {
 fn read_picture(file: &Path) -> Result<&'static AperturePicture, FileError> {
     let read = ImageChannel::read_transmission(file)?;
     let width = read.windows.data.width;
-    let picture = AperturePicture::new(width, &read.samples);
-    let picture = picture.map_err(|e| FileError::from_core(file, e))?;
-    Ok(Box::leak(Box::new(picture)))
+    AperturePicture::shared(width, &read.samples).map_err(|e| FileError::from_core(file, e))
 }
 
 /// Returns look and bloom of `settings` by name, as far as they change the lens or the plate.

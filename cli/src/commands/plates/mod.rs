@@ -24,7 +24,7 @@ pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
 pub(crate) use look::LookArgs;
 pub(crate) use queue::FrameWork;
-pub(crate) use reader::{LoadedPlate, PlateReader};
+pub(crate) use reader::{LoadedPlate, LookUse, PlateReader};
 pub(crate) use run::{Run, RunArgs};
 
 /// The settings of a frame by name, for provenance and residuals.

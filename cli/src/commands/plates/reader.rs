@@ -9,7 +9,7 @@ use seidel_core::{DepthMeaning, Image, PlateGeometry, PreparedPlate, Settings};
 use super::colour::{ColourPipeline, PlateColour};
 use super::depth::{DepthSource, FrameOrder};
 use super::frame_lens::{FrameLens, check_columns};
-use super::look::look_record;
+use super::look::{LookArgs, look_record};
 use super::plate::{pixel_window, put_image, rectangle};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
@@ -27,8 +27,10 @@ pub(crate) struct PlateReader<'a> {
     /// The lens profile before any control is set.
     measured: LensProfile,
     lens_file: &'a Path,
-    /// Settings that are not about the lens.
+    /// Settings that are not about the lens, and its look.
     base: Settings,
+    /// The options of the look, where the command has them for this lens.
+    look: Option<&'a LookArgs>,
     /// The lens of frames that no table changes.
     lens: FrameLens,
     animation: Option<Animation>,
@@ -37,6 +39,16 @@ pub(crate) struct PlateReader<'a> {
     colour: Option<ColourPipeline<'a>>,
     /// The meaning of the samples of depth passes.
     pub(crate) depth_meaning: DepthMeaning,
+}
+
+/// The lens that the options of the look change.
+pub(crate) enum LookUse<'a> {
+    /// The lens that the reader sets.
+    ThisLens(&'a LookArgs),
+    /// The other lens of the command.
+    OtherLens(&'a LookArgs),
+    /// The command has no options of the look.
+    None,
 }
 
 /// A plate in memory, prepared for its lens.
@@ -51,17 +63,27 @@ pub(crate) struct LoadedPlate {
 }
 
 impl<'a> PlateReader<'a> {
-    /// Reads the profile `lens_file` and sets the lens by `args`; prints warnings. `base` has the settings that are not
-    /// about the lens.
+    /// Reads the profile `lens_file` and sets the lens by `args` and `look`; prints warnings. `base` has the settings that are
+    /// not about the lens.
     ///
     /// # Errors
-    /// An invalid profile, animation table or colour space, and options that the lens or the output cannot follow.
+    /// An invalid profile, animation table, colour space or picture of an aperture, and options that the lens or the output
+    /// cannot follow.
     pub(crate) fn open(
         lens_file: &'a Path,
         args: &'a PlateCommandArgs,
+        look: LookUse<'a>,
         mut base: Settings,
         console: &mut Console,
     ) -> Result<Self, CommandError> {
+        let (look, columns) = match look {
+            LookUse::ThisLens(look) => {
+                look.put(&mut base)?;
+                (Some(look), Some(look))
+            }
+            LookUse::OtherLens(look) => (None, Some(look)),
+            LookUse::None => (None, None),
+        };
         args.plate.check_output(&args.output)?;
         let mut warnings = Vec::new();
         base.displacement = args.geometry.into();
@@ -75,7 +97,7 @@ impl<'a> PlateReader<'a> {
         let animation = args.lens.animate.as_deref();
         let animation = animation.map(Animation::open).transpose()?;
         if let Some(table) = &animation {
-            check_columns(table)?;
+            check_columns(table, columns)?;
         }
         let depth_meaning = args.depth.meaning()?;
         let depth = args.depth.source(depth_meaning);
@@ -89,6 +111,7 @@ impl<'a> PlateReader<'a> {
             measured,
             lens_file,
             base,
+            look,
             lens,
             animation,
             depth,
@@ -128,7 +151,17 @@ impl<'a> PlateReader<'a> {
             return Ok(self.lens.clone());
         };
         let options = self.args.lens.options.at_frame(table, number)?;
-        options.set(&self.measured, self.lens_file, &self.base, warnings)
+        let mut base = self.base.clone();
+        if let Some(look) = self.look {
+            look.put_at_frame(table, number, &mut base)?;
+        }
+        options.set(&self.measured, self.lens_file, &base, warnings)
+    }
+
+    /// Returns look and bloom of frame `number` by name, as far as they change the lens or the plate.
+    pub(crate) fn look_record(&self, number: Option<i64>) -> Result<SettingsRecord, CommandError> {
+        let lens = self.frame_lens(number, &mut Vec::new())?;
+        Ok(look_record(lens.session.settings()))
     }
 
     /// Reads the plate of the frame at `index` of the run, and its depth.
@@ -238,11 +271,6 @@ impl<'a> PlateReader<'a> {
     /// Returns the place of `plate` in the frame of the lens.
     pub(crate) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
         self.args.plate.geometry(plate)
-    }
-
-    /// Returns look and bloom by name, as far as they change the lens or the plate.
-    pub(crate) fn look_record(&self) -> SettingsRecord {
-        look_record(&self.base)
     }
 
     /// Returns the settings by name that `plate` is rendered with through `lens`.

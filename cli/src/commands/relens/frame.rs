@@ -61,7 +61,7 @@ impl FrameWork for Job<'_> {
             loaded.put_planes(&mut plate, planes)?;
         }
         let mut record = self.removal.reader.record(&loaded.lens, &loaded.plate)?;
-        record.extend(self.to.look_record());
+        record.extend(self.to.look_record(self.removal.frame(index).number)?);
         Ok(FinishedFrame {
             record,
             side_files: Vec::new(),

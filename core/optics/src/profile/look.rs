@@ -185,7 +185,7 @@ impl LensProfile {
     /// Returns the same lens with `look`, which acts on the lens as its controls are set.
     ///
     /// The result has no held-out score, and its effect parameters may exceed the limits of profiles in files. A file cannot hold
-    /// a picture of the aperture: a profile with one is written, but not read back.
+    /// a picture of the aperture: see [`Self::check_storable`].
     ///
     /// # Errors
     /// [`ErrorKind::Unsupported`] for a profile of the kind `moments`, which has no pupil. Rejects values out of range, and a
@@ -215,6 +215,24 @@ impl LensProfile {
             provenance,
             ..self.clone()
         })
+    }
+
+    /// Checks that a file can hold the profile.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Unsupported`] for a lens with a picture of the aperture.
+    pub fn check_storable(&self) -> Result<()> {
+        let effects = (self.pupil_channels().iter()).flat_map(|channel| &channel.added);
+        let mut ids = effects.map(|carried| carried.effect.id());
+        if !ids.any(|id| id == picture::ID) {
+            return Ok(());
+        }
+        Err(Error::new(
+            "look: aperture picture",
+            "cannot be stored in a lens profile",
+            "save the lens without the picture, and give the picture with each render",
+        )
+        .with_kind(ErrorKind::Unsupported))
     }
 }
 

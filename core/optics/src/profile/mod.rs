@@ -140,7 +140,8 @@ impl LensProfile {
         json::read(text)
     }
 
-    /// Returns the profile as JSON text with keys in a fixed order. Numbers round-trip exactly.
+    /// Returns the profile as JSON text with keys in a fixed order. Numbers round-trip exactly. A profile that
+    /// [`Self::check_storable`] refuses is not read back.
     pub fn to_json(&self) -> String {
         json::write(self)
     }

@@ -3,7 +3,6 @@
 use std::ffi::CStr;
 
 use openfx::sys::generic::core::{kOfxBitDepthByte, kOfxBitDepthShort, kOfxStatOK};
-use openfx::sys::image_effect_v1::image_effect::kOfxImageEffectPropSupportedPixelDepths;
 
 use super::{Check, Report, fixture};
 use crate::drive::RenderRequest;
@@ -26,11 +25,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         };
         let name = bit_depth.to_string_lossy();
         fixture::with_plugin(subject, report, profile, |loaded, report| {
-            let is_supported = (loaded.descriptor.properties)
-                .texts(kOfxImageEffectPropSupportedPixelDepths)
-                .iter()
-                .any(|depth| depth.as_bytes() == bit_depth.to_bytes());
-            if is_supported {
+            if loaded.takes(bit_depth) {
                 report.skip(&format!(
                     "the plugin supports {name}, which this host lacks"
                 ));

@@ -45,11 +45,15 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     let count = library.count();
     report.expect(count >= 1, || format!("the binary has {count} plugins"));
     for n in [-1, count, i32::MAX, i32::MIN] {
-        report.expect(library.plugin(n).is_none(), || {
+        report.expect(library.plugin_address(n) == 0, || {
             format!("OfxGetPlugin({n}) is not NULL, although there are {count} plugins")
         });
     }
-    for plugin in library.plugins() {
+    let plugins = library.plugins();
+    report.expect(plugins.len() as i64 == i64::from(count), || {
+        format!("{} of {count} plugins have a usable address", plugins.len())
+    });
+    for plugin in plugins {
         report.expect(plugin.is_complete(), || {
             format!("{}: setHost or mainEntry is NULL", plugin.id)
         });

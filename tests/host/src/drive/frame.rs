@@ -106,6 +106,10 @@ impl Frame {
     }
 }
 
+/// The reason why renders of a plugin without float images are not tested.
+pub(crate) const NO_FLOATS: &str =
+    "renders, since the plugin takes no float images and this host has no others";
+
 impl Instance<'_> {
     /// Renders a frame that must succeed without faults.
     ///
@@ -118,12 +122,21 @@ impl Instance<'_> {
     /// Renders a frame with the actions that hosts call before and after it.
     ///
     /// # Errors
-    /// If one of the other actions fails. The status and faults of the render itself are in the frame.
+    /// If one of the other actions fails. The status and faults of the render itself are in the frame. A plugin that takes no
+    /// float images is not rendered with them: [`NO_FLOATS`].
     pub fn render(&self, request: &RenderRequest) -> Result<Frame, String> {
         let host = self.loaded.host;
-        let par = locked(&self.effect.scene).par;
+        let gives_floats = host.profile.bit_depth == kOfxBitDepthFloat;
+        if gives_floats && self.loaded.refuses(kOfxBitDepthFloat) {
+            return Err(NO_FLOATS.to_owned());
+        }
+        let (par, project) = {
+            let scene = locked(&self.effect.scene);
+            (scene.par, scene.project)
+        };
         let rod = self
             .region_of_definition(request.time, request.scale)?
+            .or_project(&project)
             .pixels(request.scale, par);
         let window = request.window.unwrap_or(rod);
         if host.profile.calls_optional_actions {

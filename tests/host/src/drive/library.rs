@@ -37,8 +37,10 @@ type GetPlugin = unsafe extern "C" fn(c_int) -> *const OfxPlugin;
 /// Returns the binary in a bundle, or `path` itself if it is a file.
 #[must_use]
 pub fn binary_path(path: &Path) -> PathBuf {
+    // The loader searches the folders of the system for a name without a folder.
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     if !path.is_dir() {
-        return path.to_owned();
+        return path;
     }
     let folder = if cfg!(target_os = "macos") {
         "MacOS"
@@ -89,13 +91,20 @@ impl Library {
             .map_or(0, |count| unsafe { count() })
     }
 
-    /// Calls OfxGetPlugin; returns nothing for NULL.
+    /// Calls OfxGetPlugin and returns the address as it is: plugins give anything for an index that they do not have.
+    #[must_use]
+    pub fn plugin_address(&self, index: c_int) -> usize {
+        let get = self.export::<GetPlugin>(c"OfxGetPlugin");
+        // SAFETY: every index is allowed.
+        get.map_or(0, |get| unsafe { get(index) } as usize)
+    }
+
+    /// Calls OfxGetPlugin with an index below [`Self::count`]; returns nothing for NULL and addresses that cannot be those of a
+    /// plugin.
     #[must_use]
     pub fn plugin(&self, index: c_int) -> Option<Plugin> {
-        let get = self.export::<GetPlugin>(c"OfxGetPlugin").ok()?;
-        // SAFETY: every index is allowed.
-        let raw = unsafe { get(index) };
-        if raw.is_null() {
+        let raw = self.plugin_address(index) as *const OfxPlugin;
+        if raw.is_null() || !raw.is_aligned() {
             return None;
         }
         let text = |text: *const c_char| {

@@ -8,6 +8,7 @@ mod overlay;
 mod plugin;
 mod queries;
 
+pub(crate) use frame::NO_FLOATS;
 pub use frame::{Frame, RenderRequest};
 pub use instance::Instance;
 pub use library::{Library, Plugin, binary_path};

@@ -7,7 +7,7 @@ use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 
 use super::arguments::Arguments;
-use super::{ActionArguments, Plugin, act, act_with, check_status, status_name};
+use super::{ActionArguments, Plugin, act, act_with, check_status};
 use crate::host::effect::{Effect, EffectRole};
 use crate::host::properties::effect_descriptor;
 use crate::host::{ActiveHost, locked};
@@ -21,6 +21,8 @@ pub struct LoadedPlugin<'h> {
     pub plugin: Plugin,
     /// Its descriptor.
     pub descriptor: Arc<Effect>,
+    /// The status that Load returned: OK or ReplyDefault.
+    pub load_status: OfxStatus,
 }
 
 impl<'h> LoadedPlugin<'h> {
@@ -38,12 +40,10 @@ impl<'h> LoadedPlugin<'h> {
     /// # Errors
     /// If an action fails.
     pub fn load_again(host: &'h ActiveHost, plugin: &Plugin) -> Result<Self, String> {
-        let status = act(plugin, kOfxActionLoad, 0);
-        // Some hosts take any other status for a failure.
-        if status != kOfxStatOK {
-            return Err(format!("Load returned {}", status_name(status)));
-        }
+        let load_status = act(plugin, kOfxActionLoad, 0);
+        check_status("Load", load_status)?;
         let loaded = Self {
+            load_status,
             host,
             plugin: plugin.clone(),
             descriptor: new_descriptor(host),
@@ -65,6 +65,21 @@ impl<'h> LoadedPlugin<'h> {
             .into_iter()
             .filter_map(|text| CString::new(text).ok())
             .collect()
+    }
+
+    /// Returns whether it says that it takes images of a bit depth.
+    #[must_use]
+    pub fn takes(&self, bit_depth: &CStr) -> bool {
+        (self.depths().iter()).any(|depth| depth.as_bytes() == bit_depth.to_bytes())
+    }
+
+    /// Returns whether it says that it takes images of other bit depths alone.
+    pub(crate) fn refuses(&self, bit_depth: &CStr) -> bool {
+        !(self.depths().is_empty() || self.takes(bit_depth))
+    }
+
+    fn depths(&self) -> Vec<String> {
+        (self.descriptor.properties).texts(kOfxImageEffectPropSupportedPixelDepths)
     }
 
     /// Returns whether it supports tiles.

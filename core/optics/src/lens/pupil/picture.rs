@@ -1,5 +1,9 @@
 //! The transmission of a pupil as a picture.
 
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::{Mutex, PoisonError};
+
 use crate::error::{Error, Result};
 
 /// Side of the grid that holds a picture, over the square about the pupil.
@@ -68,6 +72,27 @@ impl AperturePicture {
         Ok(Self {
             samples: Vec::leak(grid),
         })
+    }
+
+    /// Returns the picture with these samples, as [`AperturePicture::new`] takes them: the one of an earlier call with the same
+    /// samples if there was one, so that renders in a loop do not fill the memory.
+    ///
+    /// # Errors
+    /// Those of [`AperturePicture::new`].
+    pub fn shared(width: usize, samples: &[f32]) -> Result<&'static Self> {
+        /// The pictures by a hash of their samples.
+        static PICTURES: Mutex<BTreeMap<u64, &AperturePicture>> = Mutex::new(BTreeMap::new());
+        let mut hasher = DefaultHasher::new();
+        width.hash(&mut hasher);
+        samples.iter().for_each(|v| v.to_bits().hash(&mut hasher));
+        let key = hasher.finish();
+        let mut pictures = PICTURES.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(picture) = pictures.get(&key) {
+            return Ok(picture);
+        }
+        let picture = &*Box::leak(Box::new(Self::new(width, samples)?));
+        pictures.insert(key, picture);
+        Ok(picture)
     }
 
     /// Returns the transmission at pupil point `u`, with x to the right of the picture and y down.
@@ -146,6 +171,16 @@ mod tests {
             }
             assert!(picture.at([7.0, -9.0]) > 0.7, "clamped");
         }
+    }
+
+    #[test]
+    fn equal_samples_share_one_picture() {
+        let white = vec![1.0; 64];
+        let [first, again] = [0, 1].map(|_| AperturePicture::shared(8, &white).expect("lit"));
+        assert!(std::ptr::eq(first, again));
+        let other = AperturePicture::shared(16, &white).expect("lit");
+        assert_ne!(first, other);
+        assert!(AperturePicture::shared(7, &white).is_err());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::effects::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{AperturePicture, LocalPupil, PictureMask, VergenceSeries};
 
 /// Identifier of the effect. Profiles in files do not have it: they hold no picture.
-const ID: &str = "aperture_picture";
+pub(super) const ID: &str = "aperture_picture";
 
 static PARAMETERS: [Parameter; 1] = [Parameter {
     name: "turn",

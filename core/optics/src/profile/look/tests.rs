@@ -363,9 +363,10 @@ fn background_discs_show_the_picture_upright_and_foreground_discs_turned() {
             }
         }
     }
-    let text = lens("modern-50").with_look(&look).expect("valid").to_json();
-    let error = LensProfile::from_json(&text).expect_err("files hold no picture");
-    assert!(error.to_string().contains("aperture_picture"), "{error}");
+    let drawn = lens("modern-50").with_look(&look).expect("valid");
+    let error = drawn.check_storable().expect_err("files hold no picture");
+    assert!(error.to_string().contains("without the picture"), "{error}");
+    assert!(LensProfile::from_json(&drawn.to_json()).is_err());
 }
 
 #[test]

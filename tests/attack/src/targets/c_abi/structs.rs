@@ -234,6 +234,15 @@ fn change_setting(s: &mut SeidelSettings, rng: &mut Rng) {
         &mut s.clip_level,
         &mut s.noise[0],
         &mut s.strength,
+        &mut s.rotation,
+        &mut s.squeeze,
+        &mut s.obstruction,
+        &mut s.cats_eye,
+        &mut s.spherical,
+        &mut s.axial_colour,
+        &mut s.lateral_colour,
+        &mut s.bloom,
+        &mut s.bloom_radius,
     ];
     let choices = [
         &mut s.geometry,
@@ -247,6 +256,8 @@ fn change_setting(s: &mut SeidelSettings, rng: &mut Rng) {
         &mut s.clip,
         &mut s.grain,
         &mut s.quality,
+        &mut s.blades,
+        &mut s.aperture_width,
     ];
     let at = rng.below(floats.len() + choices.len() + 1);
     let count = floats.len();

@@ -238,6 +238,7 @@ const POINTERS: &[&CStr] = &[
     kOfxImageEffectPropCudaStream,
     kOfxImageEffectPropMetalCommandQueue,
     kOfxImageEffectPropOpenCLCommandQueue,
+    kOfxImageEffectPropOpenCLImage,
 ];
 
 const PARAMETER_TYPED: &[&CStr] = &[
