@@ -90,6 +90,22 @@ const HELPS: &[Help] = &[
         ],
     },
     Help {
+        command: "measure match",
+        examples: &[example(
+            "The lens of a plate with many sharp edges",
+            "measure match plate.exr -o lens.json",
+        )],
+        usual: &[
+            "output",
+            "distance-m",
+            "channels",
+            "axis",
+            "encoding",
+            "sheet",
+            "json",
+        ],
+    },
+    Help {
         command: "measure print",
         examples: &[
             example(

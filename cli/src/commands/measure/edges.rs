@@ -49,7 +49,8 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     let common = &args.common;
     common.check_photographs()?;
     output::check_targets(common)?;
-    let (photographs, calibration) = photographs::read_all(common, console)?;
+    let (photographs, calibration) =
+        photographs::read_all(&common.photographs, &common.input, console)?;
     let settings = EdgeSettings {
         min_contrast: args.min_contrast,
         min_length_px: args.min_length,

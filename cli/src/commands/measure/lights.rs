@@ -47,7 +47,8 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     let common = &args.common;
     common.check()?;
     output::check_targets(common)?;
-    let (photographs, calibration) = photographs::read_all(common, console)?;
+    let (photographs, calibration) =
+        photographs::read_all(&common.photographs, &common.input, console)?;
     let settings = LightSettings {
         tile: args.tile,
         min_snr: args.min_snr,
