@@ -17,6 +17,8 @@ const PITCH: f64 = 42.0;
 const HALF: f64 = 13.5;
 /// Mean variance that the scene adds to soft edges, px².
 const SOFT: f64 = 1.5;
+/// Index of green.
+const GREEN: usize = 1;
 /// Light of the paper and of the squares, electrons.
 const PAPER: f64 = 24_000.0;
 const INK: f64 = 2_500.0;
@@ -88,18 +90,16 @@ fn a_plate_of_sharp_and_soft_edges_gives_the_lens_with_its_interval() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     plate(&folder.join("plate.dng"), 0.5, 1);
-    let line = "measure match @plate.dng -o @lens.json --channels R,G --axis 192,132 --json";
+    let line = "measure match @plate.dng -o @lens.json --channels G --axis 192,132 --json";
     let report = json(&succeeds(folder, line).stdout);
     assert!(report["samples"].as_u64() >= Some(100), "{report}");
     assert!(report["scene_px2"].as_f64() > Some(0.8), "{report}");
     let text = std::fs::read_to_string(folder.join("lens.json")).expect("written");
     let lens = LensProfile::from_json(&text).expect("valid");
     assert!(lens.provenance.settings.contains("matched to a plate"));
-    for (channel, own) in lens.pupil_channels().iter().enumerate() {
-        let relative = report["channels"][channel]["relative"]
-            .as_f64()
-            .expect("a share");
-        assert!(relative < 0.15, "{report}");
+    for own in lens.pupil_channels() {
+        let relative = report["channels"][0]["relative"].as_f64();
+        assert!(relative.is_some_and(|r| r < 0.15), "{report}");
         let (mut square, mut mean) = (0.0, 0.0);
         for k in 0..24 {
             let at = ImagePoint::new(
@@ -107,18 +107,15 @@ fn a_plate_of_sharp_and_soft_edges_gives_the_lens_with_its_interval() {
                 (f64::from(k / 6) + 0.5) / 4.0 * HEIGHT as f64,
             );
             let moments = own.moments_at(lens.frame.field_point(at), 0.0);
-            let want = variance(channel, at.x_px, at.y_px);
+            let want = variance(GREEN, at.x_px, at.y_px);
             for got in [moments.mu20, moments.mu02] {
                 square += (got - want).powi(2) / 48.0;
                 mean += want / 48.0;
             }
         }
         let error = square.sqrt() / mean;
-        assert!(error < 0.08, "{channel}: {error} {report}");
+        assert!(error < 0.08, "{error} {report}");
     }
-    let difference = &report["channels"][0]["difference_px2"];
-    let [value, half_width] = [0, 1].map(|k| difference[k].as_f64().expect("px²"));
-    assert!((value - 0.4).abs() < 0.12 && half_width < 0.12, "{report}");
 }
 
 #[test]

@@ -287,6 +287,10 @@ const HELPS: &[Help] = &[
                 "diagnose --lens lens.json measured --out report",
             ),
             example(
+                "The same from a raw photograph of lights at 2 m",
+                "diagnose --lens lens.json --photo lights.dng --distance-m 2 --out report",
+            ),
+            example(
                 "The same from a sharp picture and its photograph at 3 m",
                 "diagnose --lens lens.json --reference sharp.exr --observed photo.exr --depth-m 3 --out report",
             ),
@@ -294,6 +298,8 @@ const HELPS: &[Help] = &[
         usual: &[
             "lens",
             "out",
+            "photo",
+            "distance-m",
             "only",
             "design",
             "no-pairs",

@@ -12,23 +12,15 @@ use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
 use crate::commands::fit::parse_axis;
 use crate::commands::{CommandError, EncodingChoice, parse_distance};
 
-/// Options about the photographs themselves.
-#[derive(Debug, Args)]
-pub(super) struct InputArgs {
-    #[command(flatten)]
-    pub(super) progress: ProgressArgs,
-    /// Distance of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
-    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance)]
-    pub(super) distance_m: Vec<ObjectDistance>,
-    /// Channels to measure, all if omitted
-    #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
-    pub(super) channels: Vec<String>,
+/// Options about the sensor: its calibration, mosaic and levels.
+#[derive(Debug, Clone, Args)]
+pub(in crate::commands) struct SensorArgs {
     /// Dark frames: photographs with the cap on, at the same exposure
     #[arg(long, value_name = "FILE", num_args = 1..)]
-    pub(super) dark: Vec<PathBuf>,
+    pub(in crate::commands) dark: Vec<PathBuf>,
     /// Flat frames: photographs of an evenly lit surface
     #[arg(long, value_name = "FILE", num_args = 1..)]
-    pub(super) flat: Vec<PathBuf>,
+    pub(in crate::commands) flat: Vec<PathBuf>,
     /// Colours of the mosaic's top-left 2 x 2 pixels, such as RGGB, or `none`; from the file if omitted
     #[arg(long, value_name = "RGGB|none", value_parser = parse_colour_filter)]
     cfa: Option<ColourFilter>,
@@ -38,9 +30,24 @@ pub(super) struct InputArgs {
     /// Level in counts at which samples clip, or `auto` for that of the file
     #[arg(long, value_name = "N|auto", value_parser = parse_level)]
     white: Option<Level>,
+}
+
+/// Options about the photographs themselves.
+#[derive(Debug, Args)]
+pub(in crate::commands) struct InputArgs {
+    #[command(flatten)]
+    pub(in crate::commands) progress: ProgressArgs,
+    /// Distance of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
+    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance)]
+    pub(in crate::commands) distance_m: Vec<ObjectDistance>,
+    /// Channels to measure, all if omitted
+    #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
+    pub(in crate::commands) channels: Vec<String>,
+    #[command(flatten)]
+    pub(in crate::commands) sensor: SensorArgs,
     /// Transfer function of images that are not raw
     #[arg(long, value_enum)]
-    encoding: Option<EncodingChoice>,
+    pub(in crate::commands) encoding: Option<EncodingChoice>,
 }
 
 /// Options about photographs, the set that is written, and the fit.
@@ -76,7 +83,7 @@ pub(super) struct CommonArgs {
 
 /// A level of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Level {
+pub(in crate::commands) enum Level {
     Auto,
     Counts(f32),
 }
@@ -140,9 +147,9 @@ impl InputArgs {
             Some(Level::Auto) | None => None,
         };
         PhotographOptions {
-            cfa: self.cfa,
-            black: counts(self.black),
-            white: counts(self.white),
+            cfa: self.sensor.cfa,
+            black: counts(self.sensor.black),
+            white: counts(self.sensor.white),
             encoding: self.encoding.map(Into::into),
         }
     }

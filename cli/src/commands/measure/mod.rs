@@ -1,7 +1,7 @@
 //! `seidel measure`: from photographs to an observation set, one kind of photograph per file; charts and plans.
 
 mod chart;
-mod common;
+pub(super) mod common;
 mod edges;
 mod fitted;
 mod left_out;
@@ -9,7 +9,7 @@ mod lights;
 mod match_plate;
 mod output;
 mod pair;
-mod photographs;
+pub(super) mod photographs;
 mod plan;
 mod print;
 

@@ -12,7 +12,7 @@ use crate::Console;
 use crate::commands::{CommandError, short_name};
 
 /// Reads the photographs of the command line at `paths`.
-pub(super) fn read_all(
+pub(in crate::commands) fn read_all(
     paths: &[PathBuf],
     args: &InputArgs,
     console: &mut Console,
@@ -27,7 +27,7 @@ pub(super) fn read_all(
         let one = |path: &PathBuf| read_one(path, &options, ObjectDistance::Unknown, args, console);
         paths.iter().map(one).collect()
     };
-    let (darks, flats) = (frames(&args.dark)?, frames(&args.flat)?);
+    let (darks, flats) = (frames(&args.sensor.dark)?, frames(&args.sensor.flat)?);
     Ok((photographs, Calibration::new(&darks, &flats)?))
 }
 
