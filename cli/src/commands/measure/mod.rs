@@ -5,6 +5,7 @@ pub(super) mod common;
 mod edges;
 mod fitted;
 mod left_out;
+mod light_size;
 mod lights;
 mod match_plate;
 mod output;
