@@ -89,6 +89,7 @@ pub(super) fn run(args: &MatchArgs, console: &mut Console) -> Result<(), Command
     let settings = MatchSettings {
         axis: args.axis.unwrap_or(AxisChoice::Free),
         reference: measured.photographs[0].reference_channel(),
+        shared_error_px2: measured.photographs[0].errors.variance_px2,
         seed: args.seed,
     };
     let bar = console.progress_bar("matching");

@@ -162,13 +162,18 @@ pub(super) fn intervals(
     let reference = settings.reference;
     Ok((0..moments.s.len())
         .map(|c| {
-            let model = MODEL_ERROR * grid.mean(&moments.s[c]);
+            let shared = settings.shared_error_px2;
+            let model = (MODEL_ERROR * grid.mean(&moments.s[c])).hypot(shared);
             let squares = found
                 .iter()
                 .map(|m| grid.rms(&m.s[c], &moments.s[c]).powi(2));
             let square = squares.sum::<f64>() / found.len() as f64;
             Interval {
-                difference: sigma(&|m| grid.mean(&m.s[c]) - grid.mean(&m.s[reference])),
+                difference: if c == reference {
+                    0.0
+                } else {
+                    sigma(&|m| grid.mean(&m.s[c]) - grid.mean(&m.s[reference])).hypot(shared)
+                },
                 field: sigma(&|m| grid.corner_less_axis(&m.s[c])),
                 variance: sigma(&|m| grid.mean(&m.s[c])).hypot(model),
                 rms: square.sqrt().hypot(model),

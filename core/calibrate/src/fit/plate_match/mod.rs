@@ -26,7 +26,7 @@ use seidel_optics::Progress;
 use seidel_optics::edges::{Edge, EdgeSet};
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::{Frame, ImagePoint};
-use seidel_optics::profile::LensProfile;
+use seidel_optics::profile::{LensDescription, LensProfile};
 
 /// Settings of [`match_plate`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +35,8 @@ pub struct MatchSettings {
     pub axis: AxisChoice,
     /// Index of the channel whose sharp edges give the size of the blur.
     pub reference: usize,
+    /// Error that all variances share, px²: interpolated colours, transfer functions. Channels differ by it, too.
+    pub shared_error_px2: f64,
     /// Seed of the bootstrap.
     pub seed: u64,
 }
@@ -108,7 +110,7 @@ const MAX_AXIS_SIGMA: f64 = 0.03;
 /// Difference of the fitted rays from the matched moments, over the interval of these, that is worth a warning.
 const MAX_DEPARTURE: f64 = 1.5;
 
-/// Matches a lens to the edges and lights of one plate.
+/// Matches a lens to the edges and lights of one plate. The standard error of its symmetric blur includes that of the variance.
 ///
 /// # Errors
 /// An invalid set; fewer than [`MIN_SAMPLES`] edges and lights; sharp edges that do not stand out, or a relative interval above
@@ -158,6 +160,12 @@ pub fn match_plate(
         matched.sharp(),
         100.0 * widest
     );
+    if let LensDescription::Pupil(pupils) = &mut lens.description {
+        for (pupil, interval) in pupils.iter_mut().zip(&intervals) {
+            let sigma = &mut pupil.blur_variance_px2.sigma[0];
+            *sigma = sigma.hypot(interval.variance);
+        }
+    }
     let departure = departure(&lens, &matched);
     if departure > MAX_DEPARTURE * widest {
         warnings.push(format!(

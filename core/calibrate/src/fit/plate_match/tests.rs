@@ -84,6 +84,7 @@ fn plate(count: usize, scene: SceneBlur, seed: u64) -> EdgeSet {
 const SETTINGS: MatchSettings = MatchSettings {
     axis: AxisChoice::AsObserved,
     reference: 0,
+    shared_error_px2: 0.0,
     seed: 1,
 };
 
