@@ -366,7 +366,12 @@ impl<'a> LensComparison<'a> {
         // Photon noise is spread evenly over the tile: the sum of its variance is that of all its light.
         let photons = observation.gain.unwrap_or(0.0) * exposure / used.max(1) as f64;
         let sigma = noise_sigma.hypot(photons.sqrt()) / exposure;
-        let noise = TileNoise::new(norm, used as f64, sigma);
+        let noise = if pixels.set.mosaic.is_some() {
+            // The sum over the few pixels of a colour depends on where the light lies, and on the background.
+            TileNoise::with_free_flux(norm, used as f64, sigma, 1.0)
+        } else {
+            TileNoise::new(norm, used as f64, sigma)
+        };
         let measured = || pixels.centroid(channel);
         let (at, corner, registration, centroid) = match place {
             Place::Known {
