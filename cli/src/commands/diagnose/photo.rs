@@ -30,7 +30,7 @@ pub(super) struct PhotoArgs {
     sensor: SensorArgs,
 }
 
-/// A measured set with what is to be said of it.
+/// A measured set with remarks on the measurement.
 pub(super) struct MeasuredPhotographs {
     pub(super) set: ObservationSet,
     pub(super) remarks: Vec<String>,

@@ -81,7 +81,7 @@ pub struct MatchedChannel {
 pub struct PlateMatch {
     /// The lens.
     pub lens: LensProfile,
-    /// What is known of every channel.
+    /// The estimated blur of every channel.
     pub channels: Vec<MatchedChannel>,
     /// Edges and lights of the reference channel.
     pub samples: usize,

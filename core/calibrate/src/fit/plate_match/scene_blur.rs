@@ -11,7 +11,7 @@ pub(super) const UNKNOWNS: usize = 5;
 /// Share of edges with an error `OUTLIER_SCALE` times as large.
 const OUTLIERS: f64 = 0.02;
 const OUTLIER_SCALE: f64 = 5.0;
-/// Least mean of the scene's blur over the median error of an edge: less cannot be told from the error.
+/// Least mean of the scene's blur over the median error of an edge: less cannot be distinguished from it.
 const LEAST_MEAN: f64 = 1.5;
 /// Share of the edges below the first estimate of the envelope.
 const START_QUANTILE: f64 = 0.05;
