@@ -19,6 +19,8 @@ const MAX_FAILED: usize = 8;
 const ITERATIONS: usize = 12;
 /// Residual over the expected one from which on a difference loses weight.
 const TOLERANCE: f64 = 3.0;
+/// Least factor between true and stated errors: channels may agree better than edges do with each other.
+const LEAST_NOISE_SCALE: f64 = 0.1;
 /// Median absolute value of the standard normal distribution.
 const NORMAL_MEDIAN: f64 = 0.6745;
 /// Places along x and y, and directions, at which moments are compared.
@@ -97,7 +99,11 @@ impl Differences {
         let mean = scales.iter().sum::<f64>() / scales.len().max(1) as f64;
         Some(Self {
             s,
-            noise_scale: if scales.is_empty() { 1.0 } else { mean },
+            noise_scale: if scales.is_empty() {
+                1.0
+            } else {
+                mean.max(LEAST_NOISE_SCALE)
+            },
         })
     }
 }
