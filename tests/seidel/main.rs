@@ -33,6 +33,7 @@ mod lut;
 mod measure_chart;
 mod measure_edges;
 mod measure_lights;
+mod measure_match;
 mod occlusion;
 mod pinholes;
 mod progress;

@@ -6,7 +6,7 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::numeric::SplitMix64;
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
+use seidel_core::profile::{LensDescription, LensProfile};
 use seidel_core::psf::Pupil;
 use serde_json::Value;
 
@@ -133,6 +133,8 @@ pub(crate) fn scores(folder: &Path, lens: &str, truth: &str) -> Vec<(String, f64
         .collect()
 }
 
+/// Defocus that a lens file lacks, px of blur radius.
+const DEFOCUS_PX: f64 = 0.5;
 const NEAR: ObjectDistance = ObjectDistance::Metres(2.0);
 
 #[test]
@@ -184,8 +186,50 @@ fn a_raw_photograph_gives_the_lens_that_took_it() {
         assert!(db > 30.0, "{channel}: {db} dB");
     }
     succeeds(folder, "fit @set -o @moments.json --model moments");
-    let refused = seidel_in(folder, "diagnose @set --lens @fitted.json --out @d");
-    assert_ne!(refused.status, 0, "{}", refused.stderr);
+}
+
+#[test]
+fn a_raw_photograph_shows_in_one_go_what_a_lens_file_lacks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let exposure = Exposure {
+        electrons: 600_000.0,
+        seed: 3,
+        distance: NEAR,
+    };
+    photograph(folder, &folder.join("a.dng"), &exposure);
+    let only = "--photo @a.dng --distance-m 2 --only defocus_offset --no-pairs --json";
+    let diagnose = |lens: &str, out: &str| {
+        let line = format!("diagnose --lens {lens} {only} --out {out}");
+        json(&succeeds(folder, &line).stdout)
+    };
+    let right = diagnose("@lens.json", "@right");
+    // The same lens, out of focus by half a pixel of blur radius.
+    let text = std::fs::read_to_string(folder.join("lens.json")).expect("written");
+    let mut lens = LensProfile::from_json(&text).expect("valid");
+    if let LensDescription::Pupil(channels) = &mut lens.description {
+        channels
+            .iter_mut()
+            .for_each(|c| c.alpha.coefficients[0] += DEFOCUS_PX);
+    }
+    std::fs::write(folder.join("old.json"), lens.to_json()).expect("writable");
+    let wrong = diagnose("@old.json", "@wrong");
+    let before = |report: &Value| report["gap"]["before"].as_f64().expect("a share");
+    assert_eq!(right["verdict"], "no_gap", "{right}");
+    assert!(before(&wrong) > 5.0 * before(&right), "{right} {wrong}");
+    assert_eq!(
+        wrong["added"],
+        serde_json::json!(["defocus_offset"]),
+        "{wrong}"
+    );
+    assert!(wrong["gap"]["closed"].as_f64() > Some(0.8), "{wrong}");
+    assert!(folder.join("wrong/psf/manifest.json").is_file());
+    // A set of raw tiles is diagnosed as well.
+    let again =
+        "diagnose --lens @old.json @wrong/psf --only defocus_offset --no-pairs --out @again";
+    succeeds(folder, again);
+    let unknown = "diagnose --lens @lens.json --photo @a.dng --out @none";
+    must_refuse(folder, unknown, &["a.dng", "--distance-m"]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod output;
 mod pair;
+mod photo;
 mod plate_gap;
 pub mod self_test;
 
@@ -22,6 +23,7 @@ use crate::progress::ProgressArgs;
 use crate::report::{self, Subject};
 use output::OutputFolder;
 use pair::PairArgs;
+use photo::PhotoArgs;
 use plate_gap::PlateGapMaps;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
@@ -35,9 +37,9 @@ pub struct DiagnoseArgs {
     #[arg(long, required_unless_present_any = ["schema", "self_test"])]
     lens: Option<PathBuf>,
     /// Observation set to compare the lens with
-    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "self_test"], conflicts_with = "reference")]
+    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "photo", "self_test"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
-    /// Folder for report.json, report.html and corrected.json, and for PSFs estimated from a picture pair (psf)
+    /// Folder for report.json, report.html and corrected.json, and for PSFs estimated from a picture pair or measured in photographs (psf)
     #[arg(long, value_name = "DIR", required_unless_present_any = ["schema", "self_test"])]
     out: Option<PathBuf>,
     /// Identifiers of the effects to try; all if omitted
@@ -65,6 +67,8 @@ pub struct DiagnoseArgs {
     #[command(flatten)]
     pair: PairArgs,
     #[command(flatten)]
+    photo: PhotoArgs,
+    #[command(flatten)]
     self_test: SelfTestArgs,
 }
 
@@ -84,7 +88,10 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         return Err(CommandError::Usage("give --lens and --out".to_owned()));
     };
     let estimates = args.pair.reference.is_some();
-    let entries: Vec<&str> = if estimates {
+    let photographed = !args.photo.photo.is_empty();
+    let entries: Vec<&str> = if photographed {
+        output::ENTRIES_OF_PAIR.to_vec()
+    } else if estimates {
         // Pictures of an earlier run are replaced, or removed where none are wanted now.
         [&output::ENTRIES_OF_PAIR[..], &plate_gap::FILES].concat()
     } else {
@@ -116,7 +123,7 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         ..Subject::new(short_name(lens), source.name, &source.set)
     };
     let json = report::json(&diagnosis, &subject)?;
-    let estimated = estimates.then_some(&source.set);
+    let estimated = (estimates || photographed).then_some(&source.set);
     output.write(&diagnosis, &subject, &json, estimated, maps.as_ref())?;
     if args.json {
         console.print(json.trim_end());
@@ -147,14 +154,27 @@ struct Source {
 }
 
 impl DiagnoseArgs {
-    /// Reads the observation set, or estimates one from the picture pair, starting from the PSFs of `lens`.
+    /// Reads the observation set, measures one in photographs, or estimates one from the picture pair, starting from the PSFs of
+    /// `lens`.
     fn read_source(
         &self,
         lens: &LensProfile,
         lens_path: &Path,
         pool: &ThreadPool,
-        console: &Console,
+        console: &mut Console,
     ) -> Result<Source, CommandError> {
+        if let Some(first) = self.photo.photo.first() {
+            let encoding = self.pair.encoding;
+            let measured = self.photo.measure(lens, lens_path, encoding, console)?;
+            return Ok(Source {
+                set: measured.set,
+                responses: Vec::new(),
+                pictures: None,
+                path: first.clone(),
+                name: short_name(first),
+                remarks: measured.remarks,
+            });
+        }
         if let (Some(sharp), Some(blurred)) = (&self.pair.reference, &self.pair.observed) {
             let estimate = self
                 .pair
@@ -176,7 +196,7 @@ impl DiagnoseArgs {
         }
         let Some(path) = &self.observations else {
             return Err(CommandError::Usage(
-                "give OBS, or --reference and --observed".to_owned(),
+                "give OBS, --photo, or --reference and --observed".to_owned(),
             ));
         };
         let set = manifest::read(path, ReadOptions::default())?.set;

@@ -90,6 +90,22 @@ const HELPS: &[Help] = &[
         ],
     },
     Help {
+        command: "measure match",
+        examples: &[example(
+            "The lens of a plate with many sharp edges",
+            "measure match plate.exr -o lens.json",
+        )],
+        usual: &[
+            "output",
+            "distance-m",
+            "channels",
+            "axis",
+            "encoding",
+            "sheet",
+            "json",
+        ],
+    },
+    Help {
         command: "measure print",
         examples: &[
             example(
@@ -271,6 +287,10 @@ const HELPS: &[Help] = &[
                 "diagnose --lens lens.json measured --out report",
             ),
             example(
+                "The same from a raw photograph of lights at 2 m",
+                "diagnose --lens lens.json --photo lights.dng --distance-m 2 --out report",
+            ),
+            example(
                 "The same from a sharp picture and its photograph at 3 m",
                 "diagnose --lens lens.json --reference sharp.exr --observed photo.exr --depth-m 3 --out report",
             ),
@@ -278,6 +298,8 @@ const HELPS: &[Help] = &[
         usual: &[
             "lens",
             "out",
+            "photo",
+            "distance-m",
             "only",
             "design",
             "no-pairs",

@@ -16,13 +16,13 @@ const REPORT: &str = "report.json";
 const PAGE: &str = "report.html";
 const CORRECTED: &str = "corrected.json";
 
-/// Subfolder of PSFs estimated from a picture pair.
+/// Subfolder of PSFs estimated from a picture pair or measured in photographs.
 const ESTIMATED: &str = "psf";
 
 /// The files that every diagnosis writes.
 pub(super) const FILES: [&str; 3] = [REPORT, PAGE, CORRECTED];
 
-/// The entries of a folder that also gets PSFs estimated from a picture pair.
+/// The entries of a folder that also gets PSFs.
 pub(super) const ENTRIES_OF_PAIR: [&str; 4] = [REPORT, PAGE, CORRECTED, ESTIMATED];
 
 /// A folder that may be replaced by the results of a diagnosis.

@@ -40,7 +40,7 @@ pub(super) struct PairArgs {
     axis: Option<ImagePoint>,
     /// Encoding of integer samples; floats are scene-linear. If omitted: sRGB, except in DPX, where the header decides
     #[arg(long, value_enum)]
-    encoding: Option<EncodingChoice>,
+    pub(super) encoding: Option<EncodingChoice>,
     /// Level from which pixels are treated as clipped and ignored; if omitted, full scale for integer samples and none for
     /// floats
     #[arg(long, value_name = "LIGHT", requires = "reference")]

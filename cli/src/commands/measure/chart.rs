@@ -80,7 +80,8 @@ pub(super) fn run(args: &ChartArgs, console: &mut Console) -> Result<(), Command
         ..ChartSettings::default()
     };
     let chart = read_chart(&args.chart)?;
-    let (mut photographs, calibration) = photographs::read_all(&args.common, console)?;
+    let (mut photographs, calibration) =
+        photographs::read_all(&args.common.photographs, &args.common.input, console)?;
     prepare(&mut photographs, &calibration)?;
     let charts = vec![vec![chart]; photographs.len()];
     let measured = measure_all(photographs, &charts, &settings, console)?;

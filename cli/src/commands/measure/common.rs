@@ -12,32 +12,15 @@ use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
 use crate::commands::fit::parse_axis;
 use crate::commands::{CommandError, EncodingChoice, parse_distance};
 
-/// Options about photographs, the set that is written, and the fit.
-#[derive(Debug, Args)]
-pub(super) struct CommonArgs {
-    #[command(flatten)]
-    pub(super) progress: ProgressArgs,
-    /// Photographs of one camera and lens at one setting: DNG, 16-bit TIFF, PNG or PGM mosaics, FITS, linear OpenEXR or TIFF
-    #[arg(required = true, value_name = "PHOTO")]
-    pub(super) photographs: Vec<PathBuf>,
-    /// Folder to write the observation set to
-    #[arg(long, value_name = "DIR")]
-    pub(super) out: PathBuf,
-    /// Distance of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
-    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance)]
-    pub(super) distance_m: Vec<ObjectDistance>,
-    /// Channels to measure, all if omitted
-    #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
-    pub(super) channels: Vec<String>,
-    /// Position of the optical axis: X,Y in frame pixels, or `free` to estimate it with --fit (the default there)
-    #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
-    pub(super) axis: Option<AxisChoice>,
+/// Options about the sensor: its calibration, mosaic and levels.
+#[derive(Debug, Clone, Args)]
+pub(in crate::commands) struct SensorArgs {
     /// Dark frames: photographs with the cap on, at the same exposure
     #[arg(long, value_name = "FILE", num_args = 1..)]
-    pub(super) dark: Vec<PathBuf>,
+    pub(in crate::commands) dark: Vec<PathBuf>,
     /// Flat frames: photographs of an evenly lit surface
     #[arg(long, value_name = "FILE", num_args = 1..)]
-    pub(super) flat: Vec<PathBuf>,
+    pub(in crate::commands) flat: Vec<PathBuf>,
     /// Colours of the mosaic's top-left 2 x 2 pixels, such as RGGB, or `none`; from the file if omitted
     #[arg(long, value_name = "RGGB|none", value_parser = parse_colour_filter)]
     cfa: Option<ColourFilter>,
@@ -47,9 +30,40 @@ pub(super) struct CommonArgs {
     /// Level in counts at which samples clip, or `auto` for that of the file
     #[arg(long, value_name = "N|auto", value_parser = parse_level)]
     white: Option<Level>,
+}
+
+/// Options about the photographs themselves.
+#[derive(Debug, Args)]
+pub(in crate::commands) struct InputArgs {
+    #[command(flatten)]
+    pub(in crate::commands) progress: ProgressArgs,
+    /// Distance of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
+    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance)]
+    pub(in crate::commands) distance_m: Vec<ObjectDistance>,
+    /// Channels to measure, all if omitted
+    #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
+    pub(in crate::commands) channels: Vec<String>,
+    #[command(flatten)]
+    pub(in crate::commands) sensor: SensorArgs,
     /// Transfer function of images that are not raw
     #[arg(long, value_enum)]
-    encoding: Option<EncodingChoice>,
+    pub(in crate::commands) encoding: Option<EncodingChoice>,
+}
+
+/// Options about photographs, the set that is written, and the fit.
+#[derive(Debug, Args)]
+pub(super) struct CommonArgs {
+    /// Photographs of one camera and lens at one setting: DNG, 16-bit TIFF, PNG or PGM mosaics, FITS, linear OpenEXR or TIFF
+    #[arg(required = true, value_name = "PHOTO")]
+    pub(super) photographs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) input: InputArgs,
+    /// Folder to write the observation set to
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// Position of the optical axis: X,Y in frame pixels, or `free` to estimate it with --fit (the default there)
+    #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
+    pub(super) axis: Option<AxisChoice>,
     /// Also fit a lens to the set and write it
     #[arg(long, value_name = "LENS")]
     pub(super) fit: Option<PathBuf>,
@@ -69,7 +83,7 @@ pub(super) struct CommonArgs {
 
 /// A level of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Level {
+pub(in crate::commands) enum Level {
     Auto,
     Counts(f32),
 }
@@ -109,7 +123,7 @@ impl CommonArgs {
 
     /// Checks that there is one distance for each photograph, or one for all.
     pub(super) fn check_photographs(&self) -> Result<(), CommandError> {
-        let (photographs, distances) = (self.photographs.len(), self.distance_m.len());
+        let (photographs, distances) = (self.photographs.len(), self.input.distance_m.len());
         if distances > 1 && distances != photographs {
             return Err(CommandError::Usage(format!(
                 "--distance-m gives {distances} distances for {photographs} photographs; give one for each, or one for all"
@@ -117,7 +131,9 @@ impl CommonArgs {
         }
         Ok(())
     }
+}
 
+impl InputArgs {
     /// Returns the distance of photograph `index`.
     pub(super) fn distance(&self, index: usize) -> ObjectDistance {
         let given = self.distance_m.get(index).or(self.distance_m.first());
@@ -131,9 +147,9 @@ impl CommonArgs {
             Some(Level::Auto) | None => None,
         };
         PhotographOptions {
-            cfa: self.cfa,
-            black: counts(self.black),
-            white: counts(self.white),
+            cfa: self.sensor.cfa,
+            black: counts(self.sensor.black),
+            white: counts(self.sensor.white),
             encoding: self.encoding.map(Into::into),
         }
     }

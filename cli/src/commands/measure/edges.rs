@@ -10,6 +10,7 @@ use seidel_core::field::ImagePoint;
 use seidel_core::observations::{Observation, ObservationSet};
 use seidel_core::optics::edges::EdgeSet;
 use seidel_core::predict::{Predictor, predict_set};
+use seidel_core::profile::{LensDescription, LensProfile};
 use seidel_core::psf::Pupil;
 use seidel_core::tile::Tile;
 use seidel_image_io::atomic::write_folder_atomically;
@@ -49,7 +50,8 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     let common = &args.common;
     common.check_photographs()?;
     output::check_targets(common)?;
-    let (photographs, calibration) = photographs::read_all(common, console)?;
+    let (photographs, calibration) =
+        photographs::read_all(&common.photographs, &common.input, console)?;
     let settings = EdgeSettings {
         min_contrast: args.min_contrast,
         min_length_px: args.min_length,
@@ -67,6 +69,8 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     let fitted = fit_edges(&set, &settings, &|share| bar.show(share));
     drop(bar);
     let mut fit = fitted?;
+    let shared = measured.photographs.iter().map(|p| p.errors.variance_px2);
+    add_blur_error(&mut fit.lens, shared.fold(0.0, f64::max));
     fit.lens.provenance.sources = common.photographs.iter().map(|p| short_name(p)).collect();
     set.frame = fit.lens.frame;
     write(common, &set, &left_out, &measured, &fit)?;
@@ -80,6 +84,17 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
         console.note(warning);
     }
     Ok(())
+}
+
+/// Adds the error that the variances of all edges share, px², to the standard error of the symmetric blur: the fit sees only how
+/// they differ.
+fn add_blur_error(lens: &mut LensProfile, shared_px2: f64) {
+    if let LensDescription::Pupil(channels) = &mut lens.description {
+        for channel in channels {
+            let sigma = &mut channel.blur_variance_px2.sigma[0];
+            *sigma = sigma.hypot(shared_px2);
+        }
+    }
 }
 
 /// Adds the edges and the left-out ones of the folder at `path`, before those of `set`.

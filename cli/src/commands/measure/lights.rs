@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
 use super::fitted::PixelNoise;
-use super::{fitted, left_out, output, photographs};
+use super::{fitted, left_out, light_size, output, photographs};
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::measured_sheet::light_sheet;
@@ -27,6 +27,9 @@ pub struct LightsArgs {
     /// Least signal over noise of a light
     #[arg(long, value_name = "N", default_value_t = LightSettings::default().min_snr)]
     min_snr: f64,
+    /// Diameter in pixels that the image of a light would have without blur: its variance is taken off the blur of the fitted lens
+    #[arg(long, value_name = "PX", requires = "fit")]
+    light_px: Option<f64>,
 }
 
 fn parse_tile(text: &str) -> Result<TileSize, String> {
@@ -46,8 +49,17 @@ fn parse_tile(text: &str) -> Result<TileSize, String> {
 pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), CommandError> {
     let common = &args.common;
     common.check()?;
+    if let Some(diameter) = args.light_px
+        && !(0.0..=light_size::MAX_DIAMETER_PX).contains(&diameter)
+    {
+        return Err(CommandError::Usage(format!(
+            "--light-px: give 0 to {} pixels",
+            light_size::MAX_DIAMETER_PX
+        )));
+    }
     output::check_targets(common)?;
-    let (photographs, calibration) = photographs::read_all(common, console)?;
+    let (photographs, calibration) =
+        photographs::read_all(&common.photographs, &common.input, console)?;
     let settings = LightSettings {
         tile: args.tile,
         min_snr: args.min_snr,
@@ -63,7 +75,7 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     if let Some(path) = &common.also {
         output::append(&mut set, &mut left_out, path)?;
     }
-    let fit = match &common.fit {
+    let mut fit = match &common.fit {
         Some(_) => {
             let noise = PixelNoise::Photons {
                 white: f64::from(measured.photographs[0].white),
@@ -71,6 +83,10 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
             Some(fitted::fit_lens(common, &mut set, noise, console)?)
         }
         None => None,
+    };
+    let light_size = match (&mut fit, args.light_px) {
+        (Some(fit), Some(diameter)) => Some(light_size::take_off(fit.lens_mut(), diameter)),
+        _ => None,
     };
     if let Some(fit) = &fit {
         set.frame = set.frame.with_axis(fit.lens().frame.axis())?;
@@ -96,7 +112,7 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
             fitted::print_report(fit, console);
         }
     }
-    for warning in &measured.warnings {
+    for warning in measured.warnings.iter().chain(&light_size) {
         console.note(warning);
     }
     Ok(())

@@ -1,14 +1,16 @@
 //! `seidel measure`: from photographs to an observation set, one kind of photograph per file; charts and plans.
 
 mod chart;
-mod common;
+pub(super) mod common;
 mod edges;
 mod fitted;
 mod left_out;
+mod light_size;
 mod lights;
+mod match_plate;
 mod output;
 mod pair;
-mod photographs;
+pub(super) mod photographs;
 mod plan;
 mod print;
 
@@ -29,6 +31,8 @@ pub enum MeasureCommand {
     Chart(Box<chart::ChartArgs>),
     /// Compare a blurred photograph with a sharp one of the same scene from the same place
     Pair(Box<pair::PairArgs>),
+    /// Match a lens to a plate of any content, from its own edges and lights, with how sure it is
+    Match(Box<match_plate::MatchArgs>),
     /// Draw a chart to print or to show on a screen, sized for the expected blur
     Print(print::PrintArgs),
     /// Plan the photographs: distances, sizes of lights and charts, exposure
@@ -39,10 +43,11 @@ impl MeasureCommand {
     /// Returns the option about progress.
     pub(super) fn progress(&self) -> ProgressArgs {
         match self {
-            Self::Lights(args) => args.common.progress,
-            Self::Edges(args) => args.common.progress,
-            Self::Chart(args) => args.common.progress,
-            Self::Pair(args) => args.common.progress,
+            Self::Lights(args) => args.common.input.progress,
+            Self::Edges(args) => args.common.input.progress,
+            Self::Chart(args) => args.common.input.progress,
+            Self::Pair(args) => args.common.input.progress,
+            Self::Match(args) => args.input.progress,
             Self::Print(_) | Self::Plan(_) => ProgressArgs::default(),
         }
     }
@@ -54,6 +59,7 @@ pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(),
         MeasureCommand::Edges(args) => edges::run(args, console),
         MeasureCommand::Chart(args) => chart::run(args, console),
         MeasureCommand::Pair(args) => pair::run(args, console),
+        MeasureCommand::Match(args) => match_plate::run(args, console),
         MeasureCommand::Print(args) => print::run(args, console),
         MeasureCommand::Plan(args) => plan::run(args, console),
     }

@@ -38,7 +38,8 @@ pub(super) fn run(args: &PairArgs, console: &mut Console) -> Result<(), CommandE
     }
     common.check()?;
     output::check_targets(common)?;
-    let (mut photographs, calibration) = photographs::read_all(common, console)?;
+    let (mut photographs, calibration) =
+        photographs::read_all(&common.photographs, &common.input, console)?;
     prepare(&mut photographs, &calibration)?;
     let blurred = photographs.pop().into_iter().collect();
     let charts = charts(&photographs[0])?;

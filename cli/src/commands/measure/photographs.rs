@@ -7,18 +7,19 @@ use seidel_image_io::error::FileError;
 use seidel_image_io::photograph::{self, PhotographFile, PhotographOptions, Precision};
 use seidel_measure::{Calibration, Photograph, SampleErrors};
 
-use super::common::CommonArgs;
+use super::common::InputArgs;
 use crate::Console;
 use crate::commands::{CommandError, short_name};
 
-/// Reads all photographs of the command line.
-pub(super) fn read_all(
-    args: &CommonArgs,
+/// Reads the photographs of the command line at `paths`.
+pub(in crate::commands) fn read_all(
+    paths: &[PathBuf],
+    args: &InputArgs,
     console: &mut Console,
 ) -> Result<(Vec<Photograph>, Calibration), CommandError> {
     let options = args.photograph_options();
     let mut photographs = Vec::new();
-    for (index, path) in args.photographs.iter().enumerate() {
+    for (index, path) in paths.iter().enumerate() {
         let distance = args.distance(index);
         photographs.push(read_one(path, &options, distance, args, console)?);
     }
@@ -26,7 +27,7 @@ pub(super) fn read_all(
         let one = |path: &PathBuf| read_one(path, &options, ObjectDistance::Unknown, args, console);
         paths.iter().map(one).collect()
     };
-    let (darks, flats) = (frames(&args.dark)?, frames(&args.flat)?);
+    let (darks, flats) = (frames(&args.sensor.dark)?, frames(&args.sensor.flat)?);
     Ok((photographs, Calibration::new(&darks, &flats)?))
 }
 
@@ -34,7 +35,7 @@ fn read_one(
     path: &Path,
     options: &PhotographOptions,
     distance: ObjectDistance,
-    args: &CommonArgs,
+    args: &InputArgs,
     console: &mut Console,
 ) -> Result<Photograph, CommandError> {
     let file = photograph::read(path, options)?;

@@ -217,6 +217,7 @@ impl ShiftEquations {
             };
             predictor.predict(hypothesis, &values, &moved, Detail::FIT, picture);
         }
+        pictures.iter_mut().for_each(|picture| tile.mask(picture));
         let [here, right, below] = pictures;
         let mut sums = Self {
             xx: 0.0,

@@ -81,13 +81,6 @@ pub fn diagnose(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Diagnosis> {
-    if let Some(mosaic) = &set.mosaic {
-        return Err(Error::new(
-            "mosaic",
-            format!("is {mosaic}: a diagnosis needs tiles that hold every channel at every pixel"),
-            "give a set of traced or monochrome PSFs, or fit a lens to this one with `seidel fit`",
-        ));
-    }
     let channels = rays(lens)?;
     let library = library(settings)?;
     let mut tiles = TileSet::new(lens, channels, set, &settings.responses)?;

@@ -128,7 +128,7 @@ pub(super) struct Linearisation {
 }
 
 impl TilePredictor {
-    /// Predicts the tile `at` its offset for effects at `values`, with unit sum over the valid pixels.
+    /// Predicts the tile `at` its offset for effects at `values`, with unit sum over the valid pixels, and all others too.
     pub(super) fn predict<'a>(
         &mut self,
         hypothesis: &Hypothesis,
@@ -186,6 +186,7 @@ impl TilePredictor {
             for (there, here) in moved.iter_mut().zip(&picture) {
                 *there = (*there - here) / size;
             }
+            tile.mask(&mut moved);
             moved
         };
         for (k, change) in changes.iter().enumerate() {
@@ -227,27 +228,39 @@ impl TilePredictor {
 
 /// The light of a tile with the tone curve that records it.
 struct Recording {
-    /// Light, zero where pixels do not take part.
     light: Vec<f64>,
     tone: Tone,
+    /// Sum of the pixel values over the valid pixels.
+    sum: f64,
     /// Factor on the light before the tone curve; `None` if pixel values are the light.
     exposure: Option<f64>,
 }
 
 impl Recording {
     fn new(light: &[f64], tone: Tone, tile: &TileData) -> Self {
-        let mut light = light.to_vec();
-        mask(tile, &mut light);
+        let mut valid = light.to_vec();
+        tile.mask(&mut valid);
         let exposure = if tone.is_linear() {
             None
         } else {
-            tone.exposure(&light, tile.exposure)
+            tone.exposure(&valid, tile.exposure)
         };
-        Self {
-            light,
+        let mut recording = Self {
+            light: light.to_vec(),
             tone,
+            sum: 0.0,
             exposure,
+        };
+        recording.sum = recording.sum_of_valid(&recording.values(), tile);
+        recording
+    }
+
+    fn sum_of_valid(&self, values: &[f64], tile: &TileData) -> f64 {
+        if tile.counts.is_empty() {
+            return values.iter().sum();
         }
+        let valid = values.iter().zip(&tile.counts).filter(|(_, c)| **c);
+        valid.map(|(v, _)| v).sum()
     }
 
     /// Returns the pixel values, before the estimator.
@@ -261,12 +274,11 @@ impl Recording {
         }
     }
 
-    /// Returns the picture of unit sum that the estimator of `tile` gives; zero without light.
+    /// Returns the picture that the estimator of `tile` gives, of unit sum over the valid pixels; as it is without light.
     fn picture(&self, tile: &TileData) -> Vec<f64> {
         let mut picture = self.values();
-        let sum: f64 = picture.iter().sum();
-        if sum > 0.0 {
-            picture.iter_mut().for_each(|v| *v /= sum);
+        if self.sum > 0.0 {
+            picture.iter_mut().for_each(|v| *v /= self.sum);
             if let Some(response) = &tile.response {
                 response.apply(&mut picture);
             }
@@ -274,16 +286,15 @@ impl Recording {
         picture
     }
 
-    /// Returns the derivative of the picture from `rate`, that of the light.
+    /// Returns the derivative of the picture at valid pixels from `rate`, that of the light; zero at the others.
     fn rate(&self, mut rate: Vec<f64>, tile: &TileData) -> Vec<f64> {
-        mask(tile, &mut rate);
-        let values = self.values();
-        let sum: f64 = values.iter().sum();
+        tile.mask(&mut rate);
+        let sum = self.sum;
         if sum <= 0.0 {
             return vec![0.0; rate.len()];
         }
         // Change of each value by light, and value by exposure: the sum of values stays.
-        let slopes: Vec<[f64; 2]> = match self.exposure {
+        let mut slopes: Vec<[f64; 2]> = match self.exposure {
             Some(exposure) => {
                 let slope = |l: &f64| {
                     let slope = self.tone.slope(exposure * l);
@@ -293,6 +304,11 @@ impl Recording {
             }
             None => self.light.iter().map(|l| [1.0, *l]).collect(),
         };
+        for (slope, counts) in slopes.iter_mut().zip(&tile.counts) {
+            if !counts {
+                *slope = [0.0; 2];
+            }
+        }
         let by_exposure: f64 = slopes.iter().map(|[_, s]| s).sum();
         let by_light: f64 = rate.iter().zip(&slopes).map(|(r, [s, _])| r * s).sum();
         let growth = if by_exposure > 0.0 {
@@ -307,15 +323,6 @@ impl Recording {
             response.apply_to_change(&mut rate);
         }
         rate
-    }
-}
-
-/// Sets pixels that do not take part to zero.
-fn mask(tile: &TileData, pixels: &mut [f64]) {
-    for (index, value) in pixels.iter_mut().enumerate() {
-        if tile.counts.get(index) == Some(&false) {
-            *value = 0.0;
-        }
     }
 }
 

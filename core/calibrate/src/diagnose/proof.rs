@@ -464,20 +464,46 @@ fn examples(
         let values = hypothesis.values(theta, data.of_lens);
         let mut picture = Vec::new();
         predictor.predict(hypothesis, &values, data, Detail::FIT, &mut picture);
-        tile(data, &picture)
+        picture
     };
     chosen
         .into_iter()
         .filter_map(|k| {
             let data = tiles[k];
+            let corrected = draw(corrected, placed[k]);
             Some(Example {
                 tile: k,
-                observed: tile(data, &data.light)?,
-                predicted: draw(base, data)?,
-                corrected: draw(corrected, placed[k])?,
+                observed: tile(data, &completed(data, &corrected))?,
+                predicted: tile(data, &draw(base, data))?,
+                corrected: tile(data, &corrected)?,
             })
         })
         .collect()
+}
+
+/// Distance along an axis to the valid pixels that fill others, px: a pixel of its colour lies within two of every pixel.
+const FILL_REACH_PX: usize = 2;
+
+/// Returns the light of `data` to be looked at: pixels that are not valid, such as other colours of a mosaic, get the
+/// `predicted` light and the mean residual of valid ones around.
+fn completed(data: &TileData, predicted: &[f64]) -> Vec<f64> {
+    let mut light = data.light.clone();
+    let residual = data.residual(predicted);
+    let (width, height) = data.size;
+    for (k, _) in data.counts.iter().enumerate().filter(|(_, c)| !**c) {
+        let (x, y) = (k % width, k / width);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for row in y.saturating_sub(FILL_REACH_PX)..(y + FILL_REACH_PX + 1).min(height) {
+            for column in x.saturating_sub(FILL_REACH_PX)..(x + FILL_REACH_PX + 1).min(width) {
+                if data.counts[row * width + column] {
+                    sum += residual[row * width + column];
+                    count += 1.0;
+                }
+            }
+        }
+        light[k] = predicted[k] + sum / f64::max(count, 1.0);
+    }
+    light
 }
 
 fn tile(data: &TileData, samples: &[f64]) -> Option<Tile> {

@@ -38,6 +38,7 @@ pub(super) fn shape(tiles: &[&TileData], hypothesis: &Hypothesis, theta: &[f64])
         for (k, (_, count)) in ORDERS.iter().enumerate() {
             for derivative in &derivatives[first..first + count] {
                 let mut direction = derivative.clone();
+                tile.mask(&mut direction);
                 for earlier in &taken {
                     let along = dot(&direction, earlier);
                     direction
@@ -63,7 +64,7 @@ pub(super) fn shape(tiles: &[&TileData], hypothesis: &Hypothesis, theta: &[f64])
             first += count;
         }
         chi2[ORDERS.len()] += energy(&residual) * tile.norm / variance;
-        freedom[ORDERS.len()] += (residual.len() - taken.len()) as f64;
+        freedom[ORDERS.len()] += tile.valid_pixels() as f64 - taken.len() as f64;
     }
     let total = total.max(1e-300);
     let significance = |k: usize| {

@@ -130,12 +130,7 @@ const STEPS: [(i64, i64); 2] = [(1, 0), (0, 1)];
 /// Returns the change of a predicted tile by a shift along `step`.
 fn change(predicted: &PredictedTile, step: (i64, i64)) -> Vec<f64> {
     let mut change = central_difference(predicted.prediction, predicted.tile.size, step);
-    for (index, value) in change.iter_mut().enumerate() {
-        if predicted.tile.counts.get(index) == Some(&false) {
-            *value = 0.0;
-        } else {
-            *value *= predicted.scale;
-        }
-    }
+    predicted.tile.mask(&mut change);
+    change.iter_mut().for_each(|v| *v *= predicted.scale);
     change
 }

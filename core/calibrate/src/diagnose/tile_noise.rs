@@ -25,10 +25,15 @@ impl TileNoise {
     /// sigma² (1 / |p|² - 2 + K) |p|² for K pixels, of which the free flux leaves the share (1 - t)²; elsewhere it is
     /// (K - 1) sigma².
     pub(super) fn new(norm: f64, pixels: f64, sigma: f64) -> Self {
+        let of_sum = pixels * sigma * sigma;
+        let free_flux = of_sum / (of_sum + FLUX_TOLERANCE * FLUX_TOLERANCE);
+        Self::with_free_flux(norm, pixels, sigma, free_flux)
+    }
+
+    /// As [`TileNoise::new`], with the share of the flux error that residuals do not hold.
+    pub(super) fn with_free_flux(norm: f64, pixels: f64, sigma: f64, free_flux: f64) -> Self {
         let variance = sigma * sigma;
         let light = (norm - pixels * variance).max(MIN_LIGHT_SHARE * norm);
-        let of_sum = pixels * variance;
-        let free_flux = of_sum / (of_sum + FLUX_TOLERANCE * FLUX_TOLERANCE);
         let along = (1.0 - free_flux).powi(2) * (1.0 + (pixels - 2.0) * light);
         Self {
             norm: light,

@@ -12,7 +12,7 @@ use seidel_optics::effects::ScenePoint;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::{LocalPupil, VergenceSeries};
-use seidel_optics::moments::support::{self, Support};
+use seidel_optics::moments::support::{Support, TilePixels};
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{LensProfile, PupilChannel};
@@ -43,9 +43,9 @@ pub(super) struct TileData {
     pub(super) registration: Registration,
     /// Observed centroid relative to the given lens's chief ray, px, if the registration shows its place.
     pub(super) centroid: Option<[f64; 2]>,
-    /// Samples with unit sum over the valid pixels.
+    /// Samples with unit sum over the valid pixels, zero at the others.
     pub(super) light: Vec<f64>,
-    /// Valid pixels; all if empty.
+    /// Valid pixels: those of the channel's colour in a mosaic, neither clipped nor masked; all if empty.
     pub(super) counts: Vec<bool>,
     /// Squared norm of `light` without noise.
     pub(super) norm: f64,
@@ -71,7 +71,21 @@ impl TileData {
     pub(super) fn noise_freedom(&self) -> f64 {
         match &self.response {
             Some(response) => response.noise_freedom(),
-            None => self.light.len() as f64,
+            None => self.valid_pixels() as f64,
+        }
+    }
+
+    /// Returns the number of valid pixels.
+    pub(super) fn valid_pixels(&self) -> usize {
+        self.light.len() - self.counts.iter().filter(|c| !**c).count()
+    }
+
+    /// Sets the pixels that are not valid to zero.
+    pub(super) fn mask(&self, pixels: &mut [f64]) {
+        for (pixel, counts) in pixels.iter_mut().zip(&self.counts) {
+            if !counts {
+                *pixel = 0.0;
+            }
         }
     }
 
@@ -84,22 +98,26 @@ impl TileData {
         self.noise = self.light.len() as f64 * self.sigma * self.sigma / self.norm;
     }
 
-    /// Returns observed minus `predicted`, without the free part of the flux error.
+    /// Returns observed minus `predicted` at valid pixels, without the free part of the flux error; zero at the others.
     pub(super) fn residual(&self, predicted: &[f64]) -> Vec<f64> {
         let pixels = self.light.iter().zip(predicted);
         let mut residual: Vec<f64> = pixels.map(|(o, p)| o - p).collect();
+        self.mask(&mut residual);
         self.remove_flux(&mut residual, predicted);
         residual
     }
 
-    /// Removes the free part of the component along `predicted` from `values`.
+    /// Removes the free part of the component along `predicted` from `values`, which are zero where pixels are not valid.
     pub(super) fn remove_flux(&self, values: &mut [f64], predicted: &[f64]) {
         if self.free_flux == 0.0 {
             return;
         }
+        let mut predicted = predicted.to_vec();
+        self.mask(&mut predicted);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let share = self.free_flux * dot(values, predicted) / dot(predicted, predicted).max(1e-300);
-        for (value, p) in values.iter_mut().zip(predicted) {
+        let share =
+            self.free_flux * dot(values, &predicted) / dot(&predicted, &predicted).max(1e-300);
+        for (value, p) in values.iter_mut().zip(&predicted) {
             *value -= share * p;
         }
     }
@@ -140,10 +158,10 @@ impl TileSet {
             let vergence = predictor
                 .vergence(observation.distance)
                 .map_err(|e| e.within(&format!("observation {index} ({})", observation.file)))?;
-            let place = comparison.place(observation, &of_lens, vergence);
+            let pixels = ObservedPixels { set, observation };
+            let place = comparison.place(&pixels, &of_lens, vergence);
             for (channel, &of_lens) in of_lens.iter().enumerate() {
-                let tile =
-                    comparison.tile(observation, channel, of_lens, vergence, &place, &mut tally);
+                let tile = comparison.tile(&pixels, channel, of_lens, vergence, &place, &mut tally);
                 if let Some(mut tile) = tile {
                     if let Some(response) = response(responses, index, channel) {
                         tile.set_response(response);
@@ -172,6 +190,32 @@ fn response(
 ) -> Option<Arc<TileResponse>> {
     let own = responses.get(observation)?.get(channel)?;
     Some(Arc::new(own.clone()))
+}
+
+/// The tiles of an observation with what its set says of their pixels.
+struct ObservedPixels<'a> {
+    set: &'a ObservationSet,
+    observation: &'a Observation,
+}
+
+impl ObservedPixels<'_> {
+    /// Returns the centroid in channel `channel`, px from the tile's corner: that of the measurement, or of the pixels. `None`
+    /// without light.
+    fn centroid(&self, channel: usize) -> Option<[f64; 2]> {
+        let measured = self.observation.measurement.as_ref();
+        if let Some(measured) = measured.and_then(|m| m.channels.get(channel)?.as_ref()) {
+            let (x, y) = self.observation.tile_point(measured.centroid);
+            return Some([x, y]);
+        }
+        let counted = self.set.counted(self.observation, channel);
+        let pixels = TilePixels {
+            tile: &self.observation.light(channel),
+            counted: counted.as_deref(),
+            noise_sigma: self.observation.noise_sigma[channel].filter(|s| *s > 0.0),
+        };
+        let (m, _) = pixels.moments(Support::Auto)?;
+        Some([m.centroid_x, m.centroid_y])
+    }
 }
 
 #[derive(Default)]
@@ -249,7 +293,8 @@ impl<'a> LensComparison<'a> {
     }
 
     /// Returns the place of `observation`, whose channels are those `of_lens`.
-    fn place(&self, observation: &Observation, of_lens: &[usize], vergence: f64) -> Place {
+    fn place(&self, pixels: &ObservedPixels, of_lens: &[usize], vergence: f64) -> Place {
+        let observation = pixels.observation;
         if let Some(ideal) = observation.ideal {
             return Place::Known {
                 ideal,
@@ -258,9 +303,8 @@ impl<'a> LensComparison<'a> {
         }
         let reference = self.reference.and_then(|reference| {
             let channel = of_lens.iter().position(|c| *c == reference)?;
-            let (light, noise) = (observation.light(channel), observation.noise_sigma[channel]);
-            let (m, _) = support::moments(&light, noise.filter(|s| *s > 0.0), Support::Auto)?;
-            let centroid = observation.frame_point(m.centroid_x, m.centroid_y);
+            let [x, y] = pixels.centroid(channel)?;
+            let centroid = observation.frame_point(x, y);
             let (dx, dy) = self.displacement(reference, self.frame.field_point(centroid), vergence);
             let ideal = ImagePoint::new(centroid.x_px - dx, centroid.y_px - dy);
             let at = self.frame.field_point(ideal);
@@ -277,10 +321,10 @@ impl<'a> LensComparison<'a> {
         reference.unwrap_or(Place::Unknown)
     }
 
-    /// Returns the tile of `channel` of `observation`, the channel `of_lens` of the lens; `None` without light.
+    /// Returns the tile of `channel` of an observation, the channel `of_lens` of the lens; `None` without light.
     fn tile(
         &self,
-        observation: &Observation,
+        pixels: &ObservedPixels,
         channel: usize,
         of_lens: usize,
         vergence: f64,
@@ -288,16 +332,19 @@ impl<'a> LensComparison<'a> {
         tally: &mut Tally,
     ) -> Option<TileData> {
         let lens = &self.channels[of_lens];
+        let observation = pixels.observation;
         let light = observation.light(channel);
         let size = (light.width(), light.height());
         let mut samples: Vec<f64> = light.samples().iter().map(|v| f64::from(*v)).collect();
-        let counts = if observation.saturated {
+        let mut counts = pixels.set.counted(observation, channel).unwrap_or_default();
+        if observation.saturated {
             tally.clipped += 1;
             let peak = samples.iter().copied().fold(f64::MIN, f64::max);
-            samples.iter().map(|v| *v < CLIPPED * peak).collect()
-        } else {
-            Vec::new()
-        };
+            counts.resize(samples.len(), true);
+            for (counts, value) in counts.iter_mut().zip(&samples) {
+                *counts &= *value < CLIPPED * peak;
+            }
+        }
         for (index, value) in samples.iter_mut().enumerate() {
             if counts.get(index) == Some(&false) {
                 *value = 0.0;
@@ -316,13 +363,16 @@ impl<'a> LensComparison<'a> {
         samples.iter_mut().for_each(|v| *v /= exposure);
         let norm: f64 = samples.iter().map(|v| v * v).sum();
         let used = samples.len() - counts.iter().filter(|c| !**c).count();
-        let sigma = noise_sigma / exposure;
-        let noise = TileNoise::new(norm, used as f64, sigma);
-        let measured = || {
-            let known = Some(noise_sigma).filter(|s| *s > 0.0);
-            let (m, _) = support::moments(&light, known, Support::Auto)?;
-            Some([m.centroid_x, m.centroid_y])
+        // Photon noise is spread evenly over the tile: the sum of its variance is that of all its light.
+        let photons = observation.gain.unwrap_or(0.0) * exposure / used.max(1) as f64;
+        let sigma = noise_sigma.hypot(photons.sqrt()) / exposure;
+        let noise = if pixels.set.mosaic.is_some() {
+            // The sum over the few pixels of a colour depends on where the light lies, and on the background.
+            TileNoise::with_free_flux(norm, used as f64, sigma, 1.0)
+        } else {
+            TileNoise::new(norm, used as f64, sigma)
         };
+        let measured = || pixels.centroid(channel);
         let (at, corner, registration, centroid) = match place {
             Place::Known {
                 ideal,

@@ -7,7 +7,8 @@
 //! - [`fit_pupil`]: a lens described by its pupil, fitted to the pixels of all tiles by robust nonlinear
 //!   least squares ([`pixels`]).
 //!
-//! [`edges::fit_edges`] fits the same lens to the profiles of straight edges.
+//! [`edges::fit_edges`] fits the same lens to the profiles of straight edges, [`plate_match::match_plate`] to those of a plate
+//! of any content.
 //!
 //! Shared parts: moments of every tile ([`crate::measure`]), the optical axis ([`axis`]), initial estimates
 //! from moments ([`initial`]) and the held-out tiles ([`holdout`]).
@@ -20,6 +21,7 @@ pub mod holdout;
 pub mod initial;
 pub mod pixels;
 pub mod plane;
+pub mod plate_match;
 mod warnings;
 
 use rayon::prelude::*;

@@ -60,6 +60,11 @@ fn rows(at: FieldPoint, [nx, ny]: [f64; 2]) -> [[f64; 5]; 2] {
     ]
 }
 
+/// Returns the derivatives of the variance along `normal` at `at` by S1..S5.
+pub(in crate::fit) fn variance_row(at: FieldPoint, normal: [f64; 2]) -> [f64; 5] {
+    rows(at, normal)[0]
+}
+
 /// Returns a moment of an edge and its standard deviation: the variance (0) or the third moment (1).
 fn moment(edge: &Edge, which: usize) -> (f64, f64) {
     [
@@ -121,7 +126,7 @@ pub(super) fn fit(frame: &Frame, edges: &[&Edge]) -> Result<MomentFit> {
 ///
 /// # Errors
 /// As [`fit`].
-pub(super) fn find_axis(frame: &Frame, groups: &[Vec<&Edge>]) -> Result<AxisEstimate> {
+pub(in crate::fit) fn find_axis(frame: &Frame, groups: &[Vec<&Edge>]) -> Result<AxisEstimate> {
     let centre = frame.axis();
     let mut best: Option<(f64, AxisEstimate)> = None;
     let mut first_error = None;

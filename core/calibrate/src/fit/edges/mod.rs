@@ -22,6 +22,7 @@ use super::{AxisChoice, holdout};
 use crate::fit::axis::AxisEstimate;
 use crate::least_squares::Stop;
 use crate::stage::Stage;
+pub(super) use edge_moments::{find_axis, variance_row};
 use edge_problem::{EdgePoint, EdgeProblem, median};
 use profile_model::FitEdge;
 use seidel_optics::Progress;
