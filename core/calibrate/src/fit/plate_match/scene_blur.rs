@@ -4,6 +4,7 @@
 //! shadows, round corners, depth) and the error of the measurement. The scene adds b_i = 0 with probability p, otherwise an
 //! exponential of mean m: the lens is the lower envelope of the variances. An edge in `OUTLIERS` has a far larger error.
 
+use nalgebra::{SMatrix, SVector};
 use seidel_optics::numeric::StandardNormal;
 
 /// Unknown coefficients of the lens.
@@ -258,38 +259,16 @@ pub(super) fn solve(
     targets: &[f64],
     weights: &[f64],
 ) -> Option<[f64; UNKNOWNS]> {
-    let mut normal = [[0.0; UNKNOWNS]; UNKNOWNS];
-    let mut right = [0.0; UNKNOWNS];
+    let mut normal = SMatrix::<f64, UNKNOWNS, UNKNOWNS>::zeros();
+    let mut right = SVector::<f64, UNKNOWNS>::zeros();
     for ((sample, target), weight) in samples.iter().zip(targets).zip(weights) {
-        for a in 0..UNKNOWNS {
-            right[a] += weight * sample.row[a] * target;
-            for b in 0..=a {
-                normal[a][b] += weight * sample.row[a] * sample.row[b];
-            }
-        }
+        let row = SVector::from(sample.row);
+        right += row * (weight * target);
+        normal += row * row.transpose() * *weight;
     }
-    let largest = (0..UNKNOWNS).map(|k| normal[k][k]).fold(0.0, f64::max);
-    for a in 0..UNKNOWNS {
-        for b in 0..=a {
-            let done: f64 = (0..b).map(|k| normal[a][k] * normal[b][k]).sum();
-            let left = normal[a][b] - done;
-            if a == b {
-                if left.is_nan() || left <= 1e-12 * largest {
-                    return None;
-                }
-                normal[a][a] = left.sqrt();
-            } else {
-                normal[a][b] = left / normal[b][b];
-            }
-        }
-    }
-    for a in 0..UNKNOWNS {
-        let done: f64 = (0..a).map(|k| normal[a][k] * right[k]).sum();
-        right[a] = (right[a] - done) / normal[a][a];
-    }
-    for a in (0..UNKNOWNS).rev() {
-        let done: f64 = (a + 1..UNKNOWNS).map(|k| normal[k][a] * right[k]).sum();
-        right[a] = (right[a] - done) / normal[a][a];
-    }
-    Some(right)
+    let largest = normal.diagonal().max();
+    let factor = normal.cholesky()?;
+    let pivots = factor.l().diagonal();
+    let is_regular = pivots.iter().all(|pivot| pivot * pivot > 1e-12 * largest);
+    is_regular.then(|| factor.solve(&right).into())
 }
