@@ -3,7 +3,6 @@
 
 mod profiles;
 mod readers;
-#[expect(dead_code, reason = "the attack uses more of its seeds than the targets do")]
 mod shared;
 
 use std::fs;

@@ -123,7 +123,7 @@ impl Instance<'_> {
     ///
     /// # Errors
     /// If one of the other actions fails. The status and faults of the render itself are in the frame. A plugin that takes no
-    /// float images is not rendered with them: [`NO_FLOATS`].
+    /// float images is not rendered with them: the error says so.
     pub fn render(&self, request: &RenderRequest) -> Result<Frame, String> {
         let host = self.loaded.host;
         let gives_floats = host.profile.bit_depth == kOfxBitDepthFloat;
