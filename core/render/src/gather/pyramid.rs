@@ -21,7 +21,7 @@ fn taps() -> [f32; TAPS] {
     exact_taps().map(|tap| tap as f32)
 }
 
-/// Returns the taps as they were computed the first time: every kernel of a coarse level asks for the filter's response.
+/// Returns the taps; they are computed once.
 fn exact_taps() -> [f64; TAPS] {
     static COMPUTED: OnceLock<[f64; TAPS]> = OnceLock::new();
     *COMPUTED.get_or_init(computed_taps)
