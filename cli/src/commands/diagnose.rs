@@ -10,9 +10,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{
-    Diagnosis, PlacedPictures, Settings, TileResponse, diagnose,
-};
+use seidel_core::Lens;
+use seidel_core::calibrate::diagnose::{Diagnosis, PlacedPictures, Settings, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
@@ -101,21 +100,8 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     let profile = lens_profile::read(lens)?;
     check_pupil_lens(&profile, lens)?;
     let design = args.read_design(&profile, lens)?;
-    let mut source = args.read_source(&profile, lens, &pool, console)?;
-    let mut diagnosis = args.diagnose(&profile, &source, design.clone(), &pool, console)?;
-    if estimates && !diagnosis.added.is_empty() {
-        // Estimates deviate from the PSFs of the lens they start from by what the pictures show, and only by a part of it where
-        // they show little. Started from the corrected lens they deviate less.
-        match args.read_source(&diagnosis.corrected, lens, &pool, console) {
-            Ok(again) => {
-                diagnosis = args.diagnose(&profile, &again, design, &pool, console)?;
-                source = again;
-            }
-            Err(error) => diagnosis.remarks.push(format!(
-                "PSFs could not be estimated again from the corrected lens: {error}"
-            )),
-        }
-    }
+    let compared = args.compare(&profile, lens, design, &pool, console)?;
+    let (source, mut diagnosis) = (compared.source, compared.diagnosis);
     diagnosis.remarks.extend(source.remarks.iter().cloned());
     let maps = args.plate_gap(&profile, &diagnosis, &source, &pool, console)?;
     let subject = Subject {
@@ -142,8 +128,6 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
 /// The observations that the lens is compared with.
 struct Source {
     set: ObservationSet,
-    /// Responses of the estimator, for PSFs estimated from pictures.
-    responses: Vec<Vec<TileResponse>>,
     /// The pictures that they were estimated from.
     pictures: Option<PlacedPictures>,
     /// The file or folder that messages name.
@@ -153,14 +137,66 @@ struct Source {
     remarks: Vec<String>,
 }
 
+/// A diagnosis, and the observations that it is of.
+struct Comparison {
+    source: Source,
+    diagnosis: Diagnosis,
+}
+
 impl DiagnoseArgs {
-    /// Reads the observation set, measures one in photographs, or estimates one from the picture pair, starting from the PSFs of
-    /// `lens`.
+    /// Compares the lens with the observation set, with one measured in photographs, or with one estimated from the picture pair.
+    fn compare(
+        &self,
+        lens: &LensProfile,
+        lens_path: &Path,
+        design: Option<ObservationSet>,
+        pool: &ThreadPool,
+        console: &mut Console,
+    ) -> Result<Comparison, CommandError> {
+        let settings = Settings {
+            library: self.only.clone(),
+            pairs: !self.no_pairs,
+            design,
+            ..Settings::default()
+        };
+        let (Some(sharp), Some(blurred)) = (&self.pair.reference, &self.pair.observed) else {
+            let source = self.read_source(lens, lens_path, console)?;
+            let bar = console.progress_bar("diagnosing");
+            let diagnosis =
+                pool.install(|| diagnose(lens, &source.set, &settings, &|share| bar.show(share)));
+            return match diagnosis {
+                Ok(diagnosis) => Ok(Comparison { source, diagnosis }),
+                Err(error) => Err(FileError::from_core(&source.path, error).into()),
+            };
+        };
+        let lens = Lens::new(lens.clone()).map_err(|e| FileError::from_core(lens_path, e))?;
+        let found = self
+            .pair
+            .diagnose(sharp, blurred, &lens, lens_path, &settings, pool, console)?;
+        let estimate = found.estimate;
+        let (count, name) = (estimate.set.observations.len(), short_name(blurred));
+        let mut remarks = vec![format!(
+            "{count} PSFs were estimated from {} and {name}; they were not measured",
+            short_name(sharp)
+        )];
+        remarks.extend(estimate.remarks());
+        Ok(Comparison {
+            source: Source {
+                set: estimate.set,
+                pictures: Some(estimate.pictures),
+                path: blurred.clone(),
+                name,
+                remarks,
+            },
+            diagnosis: found.diagnosis,
+        })
+    }
+
+    /// Reads the observation set, or measures one in photographs.
     fn read_source(
         &self,
         lens: &LensProfile,
         lens_path: &Path,
-        pool: &ThreadPool,
         console: &mut Console,
     ) -> Result<Source, CommandError> {
         if let Some(first) = self.photo.photo.first() {
@@ -168,30 +204,10 @@ impl DiagnoseArgs {
             let measured = self.photo.measure(lens, lens_path, encoding, console)?;
             return Ok(Source {
                 set: measured.set,
-                responses: Vec::new(),
                 pictures: None,
                 path: first.clone(),
                 name: short_name(first),
                 remarks: measured.remarks,
-            });
-        }
-        if let (Some(sharp), Some(blurred)) = (&self.pair.reference, &self.pair.observed) {
-            let estimate = self
-                .pair
-                .estimate(sharp, blurred, lens, lens_path, pool, console)?;
-            let (count, name) = (estimate.set.observations.len(), short_name(blurred));
-            let mut remarks = vec![format!(
-                "{count} PSFs were estimated from {} and {name}; they were not measured",
-                short_name(sharp)
-            )];
-            remarks.extend(estimate.remarks());
-            return Ok(Source {
-                set: estimate.set,
-                responses: estimate.responses,
-                pictures: Some(estimate.pictures),
-                path: blurred.clone(),
-                name,
-                remarks,
             });
         }
         let Some(path) = &self.observations else {
@@ -203,7 +219,6 @@ impl DiagnoseArgs {
         check_channels(lens, &set, path)?;
         Ok(Source {
             set,
-            responses: Vec::new(),
             pictures: None,
             path: path.clone(),
             name: short_name(path),
@@ -239,17 +254,6 @@ impl DiagnoseArgs {
         Ok(Some(set))
     }
 
-    /// Returns the effects to try; all if empty. A tone curve acts on the light of a plate, not on its PSFs, so PSFs estimated
-    /// from pictures cannot show it.
-    fn library(&self) -> Vec<String> {
-        if self.only.is_empty() && self.pair.reference.is_some() {
-            let ids = effects::ALL.iter().map(|effect| effect.id().to_owned());
-            ids.filter(|id| id != "tone_curve").collect()
-        } else {
-            self.only.clone()
-        }
-    }
-
     /// Renders the gap in the plate if it is wanted.
     fn plate_gap(
         &self,
@@ -265,26 +269,6 @@ impl DiagnoseArgs {
         let distance = self.pair.distance();
         let corrected = &diagnosis.corrected;
         PlateGapMaps::render(pictures, lens, corrected, distance, pool, console).map(Some)
-    }
-
-    fn diagnose(
-        &self,
-        lens: &LensProfile,
-        source: &Source,
-        design: Option<ObservationSet>,
-        pool: &ThreadPool,
-        console: &Console,
-    ) -> Result<Diagnosis, CommandError> {
-        let settings = Settings {
-            library: self.library(),
-            pairs: !self.no_pairs,
-            design,
-            responses: source.responses.clone(),
-        };
-        let bar = console.progress_bar("diagnosing");
-        let diagnosis =
-            pool.install(|| diagnose(lens, &source.set, &settings, &|share| bar.show(share)));
-        diagnosis.map_err(|e| FileError::from_core(&source.path, e).into())
     }
 }
 

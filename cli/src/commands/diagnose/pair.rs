@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 use seidel_core::calibrate::diagnose::{
-    PairEstimate, PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve, estimate_pair,
+    PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve,
 };
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
+use seidel_core::{DiagnosisSettings, Lens, PictureDiagnosis, PicturePair, diagnose_pictures};
 
 use super::super::picture::check_finite;
 use super::super::{CommandError, EncodingChoice, parse_distance, parse_point};
@@ -82,17 +82,19 @@ impl PairArgs {
         self.depth_m.unwrap_or(ObjectDistance::Unknown)
     }
 
-    /// Estimates the PSFs that take `sharp` to `blurred`, at the channels of `lens`.
-    pub(super) fn estimate(
+    /// Diagnoses `lens` against the PSFs that take `sharp` to `blurred`.
+    #[expect(clippy::too_many_arguments, reason = "files and their contents")]
+    pub(super) fn diagnose(
         &self,
         sharp: &Path,
         blurred: &Path,
-        lens: &LensProfile,
+        lens: &Lens,
         lens_path: &Path,
+        settings: &DiagnosisSettings,
         pool: &ThreadPool,
         console: &Console,
-    ) -> Result<PairEstimate, CommandError> {
-        let predictor = Predictor::new(lens).map_err(|e| FileError::from_core(lens_path, e))?;
+    ) -> Result<PictureDiagnosis, CommandError> {
+        let predictor = Predictor::new(lens.profile()).map_err(|e| FileError::from_core(lens_path, e))?;
         if self.depth_m.is_none() && predictor.depends_on_depth() {
             return Err(FileError::new(
                 blurred,
@@ -102,18 +104,10 @@ impl PairArgs {
             )
             .into());
         }
-        let frame = match self.axis {
-            Some(axis) => lens.frame.with_axis(axis)?,
-            None => lens.frame,
-        };
-        let lens = &LensProfile {
-            frame,
-            ..lens.clone()
-        };
         let channels = predictor.channel_names();
         let (reference, observed) = (self.read(sharp, channels)?, self.read(blurred, channels)?);
         let integers = reference.quantisation.is_some() || observed.quantisation.is_some();
-        let settings = PairSettings {
+        let estimate = PairSettings {
             side: self.patch,
             distance: self.distance(),
             clip: self.clip.or(integers.then_some(FULL_SCALE)),
@@ -125,17 +119,17 @@ impl PairArgs {
             },
             ..PairSettings::default()
         };
-        let bar = console.progress_bar("estimating PSFs");
+        let pair = PicturePair {
+            reference: reference.picture(),
+            observed: observed.picture(),
+            axis: self.axis,
+            estimate,
+        };
+        let bar = console.progress_bar("estimating PSFs and diagnosing");
         let progress = |share| bar.show(share);
-        let (reference, observed) = (reference.picture(), observed.picture());
-        let estimate = || estimate_pair(lens, &reference, &observed, &settings, &progress);
-        let mut estimate = pool
-            .install(estimate)
-            .map_err(|e| FileError::from_core(blurred, e))?;
-        // The pictures do not say which camera took them.
-        estimate.set.camera = lens.camera.clone();
-        estimate.set.pixel_pitch_um = lens.pixel_pitch_um;
-        Ok(estimate)
+        let diagnose = || diagnose_pictures(lens, &pair, settings, &progress);
+        let found = pool.install(diagnose);
+        Ok(found.map_err(|e| FileError::from_core(blurred, e))?)
     }
 
     /// Reads the planes of a picture in the order of the lens's `channels`.
