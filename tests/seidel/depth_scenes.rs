@@ -55,8 +55,13 @@ fn left_card(x: f64, y: f64) -> bool {
     x + 0.25 * y < 84.0 && y > 28.0
 }
 
+/// Returns whether (x, y) is nearer than `radius` to the origin. Millions of rays ask, so no root is taken.
+fn is_within(radius: f64, x: f64, y: f64) -> bool {
+    x * x + y * y < radius * radius
+}
+
 fn disc(x: f64, y: f64) -> bool {
-    (x - 128.0).hypot(y - 70.0) < 36.0
+    is_within(36.0, x - 128.0, y - 70.0)
 }
 
 fn thick_wire(x: f64, y: f64) -> bool {
@@ -76,7 +81,7 @@ fn lights(x: f64, y: f64) -> f64 {
         (120.0, 52.0),
         (96.0, 84.0),
     ];
-    if lit.iter().any(|(a, b)| (x - a).hypot(y - b) < 2.0) {
+    if lit.iter().any(|(a, b)| is_within(2.0, x - a, y - b)) {
         30.0
     } else {
         dark(x, y)

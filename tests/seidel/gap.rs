@@ -179,17 +179,7 @@ fn a_model_that_is_too_simple_is_to_blame() {
         &no_progress,
     );
     let lens = fit.expect("a sound set").lens;
-    let library = ["defocus_offset", "motion"];
-    let found = diagnosed(&lens, &case.real, &library);
-    assert_eq!(found.verdict, Verdict::ModelTooSimple, "{:?}", found.model);
-    assert!(found.added.is_empty() && found.model.own_gap > 0.005);
-    assert!(
-        found.model.freedom.contains(&"decentre"),
-        "{:?}",
-        found.model
-    );
-    assert!(found.shares.model > 2.0 * found.shares.change);
-    // A lens that kept nothing aside does not know its own gap.
+    // A lens that kept nothing aside does not know its own gap. (One that does is a case of the self-test.)
     let all = LensProfile {
         held_out: None,
         provenance: Provenance {
@@ -202,12 +192,20 @@ fn a_model_that_is_too_simple_is_to_blame() {
     let error = diagnose(&all, &case.real, &settings, &no_progress).expect_err("no own gap");
     assert!(error.to_string().contains("--design"), "{error}");
     let settings = Settings {
-        library: vec!["motion".to_owned()],
+        library: vec!["defocus_offset".to_owned(), "motion".to_owned()],
+        pairs: false,
         design: Some(case.real.clone()),
         ..settings
     };
     let found = diagnose(&all, &case.real, &settings, &no_progress).expect("a sound set");
     assert_eq!(found.verdict, Verdict::ModelTooSimple, "{:?}", found.model);
+    assert!(found.added.is_empty() && found.model.own_gap > 0.005);
+    assert!(
+        found.model.freedom.contains(&"decentre"),
+        "{:?}",
+        found.model
+    );
+    assert!(found.shares.model > 2.0 * found.shares.change);
 }
 
 #[test]

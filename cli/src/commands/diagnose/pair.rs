@@ -94,7 +94,8 @@ impl PairArgs {
         pool: &ThreadPool,
         console: &Console,
     ) -> Result<PictureDiagnosis, CommandError> {
-        let predictor = Predictor::new(lens.profile()).map_err(|e| FileError::from_core(lens_path, e))?;
+        let predictor =
+            Predictor::new(lens.profile()).map_err(|e| FileError::from_core(lens_path, e))?;
         if self.depth_m.is_none() && predictor.depends_on_depth() {
             return Err(FileError::new(
                 blurred,
