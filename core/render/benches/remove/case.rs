@@ -37,8 +37,13 @@ pub(crate) struct Measurement {
 
 /// The lens of docs/background/performance.md, part B.
 pub(crate) fn lens() -> Result<SkewNormalLens> {
+    lens_of_size(1.0)
+}
+
+/// Returns that lens with its blur `size` times as large.
+pub(crate) fn lens_of_size(size: f64) -> Result<SkewNormalLens> {
     let frame = Frame::new(SIDE as u32, SIDE as u32, None)?;
-    Ok(SkewNormalLens::new(frame, CORNER_SIGMA_PX))
+    Ok(SkewNormalLens::new(frame, size * CORNER_SIGMA_PX))
 }
 
 pub(crate) fn scene(lens: &SkewNormalLens) -> Scene<'_> {

@@ -7,9 +7,10 @@
 //!   a synthetic one;
 //! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
 //! - `--scenes`: measures ringing in drawn scenes instead, for each treatment of lights;
+//! - `--only TEXT`: of those scenes, those with TEXT in their names;
 //! - `--fringes`: measures colour fringes instead, before and after they are taken off alone;
 //! - `--rounds N`: timings of each case, by default 3;
-//! - `--out DIR`: writes plates, results and the lens's kernels for competitors (`peers.py` runs all of this on
+//! - `--out DIR`: writes plates, results (those of scenes too) and the lens's kernels for competitors (`peers.py` runs all of this on
 //!   photographs).
 //!
 //! Two threads, one plane. Times are medians of rounds in which blurring and removal alternate, from plane to plane. The
@@ -42,6 +43,7 @@ struct Options {
     rounds: usize,
     noises: Vec<f64>,
     scenes: bool,
+    only: String,
     fringes: bool,
 }
 
@@ -58,6 +60,7 @@ impl Options {
             out: after("--out").map(PathBuf::from),
             rounds: after("--rounds").map_or(Ok(3), |n| n.parse())?,
             scenes: arguments.iter().any(|a| a == "--scenes"),
+            only: after("--only").unwrap_or_default(),
             fringes: arguments.iter().any(|a| a == "--fringes"),
             noises: noises
                 .split(',')
@@ -78,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         kernels::write(&scene, &folder.join("kernels.f32"))?;
     }
     if options.scenes {
-        ringing::print(&scene, options.rounds)?;
+        ringing::print(&scene, &options)?;
         return Ok(());
     }
     if options.fringes {

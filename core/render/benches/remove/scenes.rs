@@ -20,6 +20,8 @@ pub(crate) struct RingingScene {
     pub(crate) clip: f32,
     /// Bits of the plate's samples from 0 to 1, if it is quantised.
     pub(crate) bits: Option<u32>,
+    /// Size of the blur that is removed, relative to that of the plate.
+    pub(crate) too_wide: f64,
 }
 
 /// Returns the centre of a lamp, px.
@@ -108,6 +110,7 @@ pub(crate) fn all() -> Vec<RingingScene> {
         noise,
         clip: f32::INFINITY,
         bits: None,
+        too_wide: 1.0,
     };
     let sky_with = |name, bits: u32| RingingScene {
         bits: Some(bits),
@@ -131,5 +134,27 @@ pub(crate) fn all() -> Vec<RingingScene> {
         sky_with("sky of 8 bits", 8),
         sky_with("sky of 10 bits", 10),
         sky_with("sky of 12 bits", 12),
+        RingingScene {
+            too_wide: 1.05,
+            ..scene("lamps, lens 5 % too wide", lamps(), 0.001)
+        },
+        RingingScene {
+            too_wide: 1.3,
+            ..scene("lamps, lens 30 % too wide", lamps(), 0.001)
+        },
+        RingingScene {
+            too_wide: 2.0,
+            ..scene("lamps, lens twice too wide", lamps(), 0.001)
+        },
+        RingingScene {
+            too_wide: 1.3,
+            clip: 1.0,
+            ..scene("clipped lamps, lens 30 % too wide", lamps(), 0.001)
+        },
+        RingingScene {
+            too_wide: 2.0,
+            clip: 1.0,
+            ..scene("clipped lamps, lens twice too wide", lamps(), 0.001)
+        },
     ]
 }

@@ -15,8 +15,8 @@ pub(super) const MODEL_ERROR: f64 = 2e-3;
 /// Share of the progress taken by the search for lights.
 const LIGHTS_SHARE: f64 = 0.2;
 /// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical
-/// sample.
-const LARGEST_LIGHT_ERROR: f64 = 5.0;
+/// sample. Unlike noise the error has one sign over many samples: larger ones darken the ground about faint lights.
+const LARGEST_LIGHT_ERROR: f64 = 0.7;
 
 /// Removes blur from planes by total-variation deconvolution.
 #[derive(Debug, Clone, Copy, PartialEq)]

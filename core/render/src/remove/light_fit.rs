@@ -10,28 +10,41 @@
 //! ```
 //!
 //! The sum is the total variation of s over neighbours p and q, among them pixels that are no sources. It is handled by
-//! iteratively reweighted least squares, and each quadratic by coordinate descent on its normal equations. The weight l is
-//! lowered until the residual is that of the noise (the discrepancy principle). Clipped samples only have to be reached.
+//! iteratively reweighted least squares, and each quadratic by coordinate descent (`light_equations`). The weight l is lowered
+//! until the residual is that of the noise (the discrepancy principle), or errors of the lens keep it from shrinking. Clipped
+//! samples only have to be reached.
 
+use super::light_equations::{Equations, work};
 use super::light_kernels::{Column, KernelGrid};
+use super::light_lattice::SourceLattice;
 use crate::{LocalKernels, RenderWindow};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 
-/// Largest number of pixels that may be sources.
-const MAX_SOURCES: usize = 2000;
+/// Largest number of sources. Larger lights get a source every few pixels.
+const MAX_SOURCES: usize = 8000;
 /// Weight from which the samples of a kernel bound the light of its source, as a share of its largest.
 const BOUNDING_WEIGHT: f32 = 0.05;
 /// Least bound of the light of a source, as a share of the largest in the region.
 const MIN_BOUND_SHARE: f32 = 0.01;
-/// Largest number of elements of K, and of the normal equations, for each pixel of the plate: they bound memory.
-const ELEMENTS_PER_PIXEL: usize = 8;
+/// Largest number of elements of K, or of the normal equations, for each pixel of the plate: it bounds memory.
+const ELEMENTS_PER_PIXEL: usize = 24;
+/// Largest distance of sources, as a share of the width of the kernels: their light is smooth at that scale.
+const MAX_SPACING_SHARE: f64 = 0.03;
 /// Ratio of two weights l that are tried one after the other.
 const WEIGHT_STEP: f64 = 4.0;
 /// Number of weights l that are tried.
 const WEIGHTS: usize = 11;
+/// Number of weights l after which most fits are done.
+const USUAL_WEIGHTS: usize = 7;
+/// Number of weights l before texture is looked at: stronger ones leave most of a light in the residual.
+const WEIGHTS_FOR_TEXTURE: usize = 4;
+/// Number of fits of one light: the first finds the texture.
+const FITS: f64 = 2.0;
 /// Root mean square residual, in standard deviations, at which l is small enough.
 const WANTED_MISFIT: f64 = 1.05;
+/// Ratio of two successive misfits from which l is small enough: the rest are errors of the lens.
+const PLATEAU: f64 = 0.8;
 /// Times that the total variation is reweighted for each l.
 const REWEIGHTINGS: usize = 2;
 /// Sweeps of coordinate descent over all unknowns for each reweighting.
@@ -41,9 +54,18 @@ const SMALL_DIFFERENCE: f64 = 1e-3;
 /// Least share of the light of a clipped source that falls on samples which are not clipped: a smaller one does not
 /// determine the source.
 const MIN_MEASURED_SHARE: f64 = 0.01;
+/// Largest relative error of the lens with which a light counts as explained: others keep their blur. It is the root mean
+/// square residual over the local light; a lens 5 % too wide causes 0.5 to 2 %.
+const MAX_MODEL_ERROR: f64 = 0.01;
 /// Largest texture of the picture around a light, as a share of the light's brightest sample: where it is larger, the light
 /// is a part of the picture like others.
 const MAX_TEXTURE_SHARE: f64 = 0.02;
+/// Median of the square of a standard normal deviate.
+const MEDIAN_SQUARE_NORMAL: f64 = 0.454_936;
+/// Ratio of two successive variances of texture, and of two brightest samples, from which the fit does not change any more.
+const TEXTURE_PLATEAU: f64 = 0.9;
+/// Texture below this share of the noise is ignored.
+const NEGLIGIBLE_TEXTURE: f64 = 0.1;
 /// Times that clipped samples which the light does not reach are found and the fit is repeated.
 const CLIP_PASSES: usize = 3;
 
@@ -61,6 +83,15 @@ pub(super) struct FitInputs<'a> {
     pub(super) clip_level: Option<f32>,
 }
 
+/// The outcome of a fit.
+pub(super) enum Fit {
+    Light(FittedLight),
+    /// A light that the lens does not explain.
+    Unexplained,
+    /// A part of the picture like others, or a light that is too large.
+    Picture,
+}
+
 /// A fitted light.
 pub(super) struct FittedLight {
     /// The pixels of the plate that are sources, and their light.
@@ -74,18 +105,12 @@ pub(super) struct FittedLight {
 }
 
 impl FitInputs<'_> {
-    /// Fits the light of `region`, pixels of the plate, to `samples`, the plate without the other lights. Returns `None` if
-    /// the region is too large for one light, or if no light explains it. The multiplications are taken off the `budget`;
-    /// nothing is fitted beyond it.
+    /// Fits the light of `region`, pixels of the plate, to `samples`, the plate without the other lights. The multiplications
+    /// are taken off the `budget`; nothing is fitted beyond it.
     ///
     /// # Errors
     /// A lens that cannot be drawn.
-    pub(super) fn fit(
-        &self,
-        region: &[usize],
-        samples: &[f32],
-        budget: &mut f64,
-    ) -> Result<Option<FittedLight>> {
+    pub(super) fn fit(&self, region: &[usize], samples: &[f32], budget: &mut f64) -> Result<Fit> {
         let width = self.size.0;
         let place = |k: &usize| (k % width, k / width);
         let mut first = (usize::MAX, usize::MAX);
@@ -98,35 +123,51 @@ impl FitInputs<'_> {
         let window = grid.window(last, self.size);
         let search_work = (region.len() * grid.kernel_area()) as f64;
         if search_work > *budget {
-            return Ok(None);
+            return Ok(Fit::Picture);
         }
         *budget -= search_work;
-        let sources = self.possible_sources(region, samples, &grid);
-        let count = sources.len();
-        let elements = count * grid.kernel_area().max(count);
-        let most = ELEMENTS_PER_PIXEL * self.plate.len();
-        if count == 0 || count > MAX_SOURCES || elements > most {
-            return Ok(None);
-        }
-        let work = grid.work(count, last);
-        if work > *budget {
-            return Ok(None);
-        }
-        *budget -= work;
+        let possible = self.possible_sources(region, samples, &grid);
+        let lattices = (1..=grid.max_spacing(MAX_SPACING_SHARE))
+            .map(|spacing| SourceLattice::new(&possible, spacing, width));
+        let is_solvable = |lattice: &SourceLattice| {
+            let count = lattice.pixels.len();
+            let area = grid.kernel_area();
+            let elements = count
+                * if count > 2 * area {
+                    area
+                } else {
+                    area.max(count)
+                };
+            let most = ELEMENTS_PER_PIXEL * self.plate.len();
+            (1..=MAX_SOURCES).contains(&count)
+                && elements <= most
+                && self.work(count, &grid, last) <= *budget
+        };
+        let Some(sources) = lattices.into_iter().find(is_solvable) else {
+            return Ok(Fit::Picture);
+        };
+        *budget -= self.work(sources.pixels.len(), &grid, last);
         let fit = LightFit::new(self, &grid, window, &sources, samples);
-        Ok(fit.solve().map(|solved| FittedLight {
-            sources: (sources.iter().copied())
-                .zip(solved.light)
-                .filter(|(_, light)| *light > 0.0)
-                .collect(),
+        let solved = match fit.solve() {
+            Ok(solved) => solved,
+            Err(refused) => return Ok(refused),
+        };
+        Ok(Fit::Light(FittedLight {
+            sources: sources.lit_pixels(&solved.light, self.size.1),
             window,
             blurred: solved.blurred,
             model_error: solved.model_error,
         }))
     }
 
+    /// Returns about how many multiplications the fit of `count` sources takes.
+    fn work(&self, count: usize, grid: &KernelGrid, last: (usize, usize)) -> f64 {
+        let sweeps = SWEEPS * REWEIGHTINGS * USUAL_WEIGHTS;
+        FITS * work(count, grid.kernel_area(), grid.work(count, last), sweeps)
+    }
+
     /// Returns the pixels of `region` that can be sources. Light is not negative, so that no source is brighter than any
-    /// sample that it reaches allows.
+    /// sample that it reaches allows. Returns none if most sources reach clipped samples only: nothing determines them.
     fn possible_sources(&self, region: &[usize], samples: &[f32], grid: &KernelGrid) -> Vec<usize> {
         let (width, height) = self.size;
         let bound = |pixel: usize| {
@@ -153,6 +194,9 @@ impl FitInputs<'_> {
         };
         let bounds: Vec<f32> = region.par_iter().map(|pixel| bound(*pixel)).collect();
         let finite = bounds.iter().copied().filter(|bound| bound.is_finite());
+        if 2 * finite.clone().count() < bounds.len() {
+            return Vec::new();
+        }
         let least = MIN_BOUND_SHARE * finite.fold(0.0, f32::max);
         let possible = region.iter().zip(&bounds);
         possible
@@ -198,11 +242,32 @@ struct Solved {
     model_error: f64,
 }
 
-/// The normal equations, and the unknowns that solve them.
-struct Normal {
-    matrix: Vec<Vec<f32>>,
-    right: Vec<f64>,
+/// Root mean squares over the samples where a light is strong.
+struct Residual {
+    /// Residual, in standard deviations.
+    misfit: f64,
+    /// Noise and texture without errors of the lens, in the same unit.
+    noise_share: f64,
+}
+
+/// The variance of the picture around a light.
+struct TextureVariance {
+    mean: f64,
+    /// That of the normal distribution whose squares have the median found.
+    median: f64,
+}
+
+/// Whether the deviations of samples hold the texture of the picture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Texture {
+    Unknown,
+    Known,
+}
+
+/// The unknowns of a solved least-squares problem, and their misfit.
+struct Minimum {
     unknowns: Vec<f64>,
+    misfit: f64,
 }
 
 impl<'a> LightFit<'a> {
@@ -210,14 +275,13 @@ impl<'a> LightFit<'a> {
         inputs: &'a FitInputs<'a>,
         grid: &KernelGrid,
         window: RenderWindow,
-        sources: &[usize],
+        sources: &SourceLattice,
         samples: &[f32],
     ) -> Self {
         let width = inputs.size.0;
         let count = window.width * window.height;
-        let mut columns: Vec<Column> = sources
-            .par_iter()
-            .map(|pixel| grid.column((pixel % width, pixel / width), window))
+        let mut columns: Vec<Column> = (sources.pixels.par_iter())
+            .map(|pixel| grid.column((pixel % width, pixel / width), sources.spacing, window))
             .collect();
         let along = |at: usize, size: usize| (at as f32 + 0.5) / size as f32 - 0.5;
         let full = |value: &dyn Fn(usize) -> f32| {
@@ -226,15 +290,6 @@ impl<'a> LightFit<'a> {
         columns.push(full(&|_| 1.0));
         columns.push(full(&|k| along(k % window.width, window.width)));
         columns.push(full(&|k| along(k / window.width, window.height)));
-        let index_of = |pixel: Option<usize>| pixel.and_then(|p| sources.binary_search(&p).ok());
-        let neighbours = sources.iter().map(|pixel| {
-            [
-                index_of(pixel.checked_sub(1)),
-                index_of(Some(pixel + 1)),
-                index_of(pixel.checked_sub(width)),
-                index_of(Some(pixel + width)),
-            ]
-        });
         let pixels = || {
             (0..count)
                 .map(|k| (window.row + k / window.width) * width + window.column + k % window.width)
@@ -242,8 +297,8 @@ impl<'a> LightFit<'a> {
         Self {
             columns,
             width: window.width,
-            source_count: sources.len(),
-            neighbours: neighbours.collect(),
+            source_count: sources.pixels.len(),
+            neighbours: sources.neighbours(),
             samples: window.cut(width, samples),
             deviations: pixels().map(|pixel| inputs.deviation_at(pixel)).collect(),
             clipped: pixels().map(|pixel| inputs.is_clipped(pixel)).collect(),
@@ -251,50 +306,69 @@ impl<'a> LightFit<'a> {
         }
     }
 
-    fn solve(mut self) -> Option<Solved> {
+    fn solve(mut self) -> std::result::Result<Solved, Fit> {
         let mut used: Vec<bool> = self.clipped.iter().map(|clipped| !clipped).collect();
-        // Texture is what remains far from the light; the first fit finds it.
-        let mut normal = self.normal_equations(&used);
-        self.minimise(&mut normal, &used);
-        let texture = self.texture_variance(&normal.unknowns, &used);
-        if texture.sqrt() > MAX_TEXTURE_SHARE * self.brightest(&normal.unknowns) {
-            return None;
+        let mut minimum = self.minimise(&used, Texture::Unknown);
+        // Texture is what remains far from the light.
+        let texture = self.texture(&minimum.unknowns, &used);
+        let most = MAX_TEXTURE_SHARE * self.brightest(&minimum.unknowns);
+        if texture.mean.sqrt() > most {
+            // Texture is everywhere; errors of the lens are next to the light.
+            let is_everywhere = texture.median.sqrt() > 0.5 * most;
+            return Err(if is_everywhere {
+                Fit::Picture
+            } else {
+                Fit::Unexplained
+            });
         }
-        for deviation in &mut self.deviations {
-            *deviation = (*deviation * *deviation + texture).sqrt();
+        let texture = texture.mean;
+        if texture.sqrt() > NEGLIGIBLE_TEXTURE * self.inputs.deviation {
+            for deviation in &mut self.deviations {
+                *deviation = (*deviation * *deviation + texture).sqrt();
+            }
+            minimum = self.minimise(&used, Texture::Known);
         }
-        let mut misfit = 0.0;
-        for pass in 0..CLIP_PASSES {
-            normal = self.normal_equations(&used);
-            misfit = self.minimise(&mut normal, &used);
-            let model = self.model(&normal.unknowns);
+        for _ in 1..CLIP_PASSES {
+            if !self.is_measured(&minimum.unknowns) {
+                return Err(Fit::Unexplained);
+            }
+            let model = self.model(&minimum.unknowns);
             let short = |k: usize| self.clipped[k] && !used[k] && model[k] < self.samples[k];
             let found: Vec<usize> = (0..used.len()).filter(|k| short(*k)).collect();
-            if found.is_empty() || pass + 1 == CLIP_PASSES {
+            if found.is_empty() {
                 break;
             }
             for k in found {
                 used[k] = true;
             }
+            minimum = self.minimise(&used, Texture::Known);
         }
-        let light: Vec<f32> = normal.unknowns[..self.source_count]
+        let Minimum { unknowns, misfit } = minimum;
+        let model_error = self.inputs.model_error * misfit.max(1.0);
+        if model_error > MAX_MODEL_ERROR || !self.is_measured(&unknowns) {
+            return Err(Fit::Unexplained);
+        }
+        let light: Vec<f32> = unknowns[..self.source_count]
             .iter()
             .map(|v| *v as f32)
             .collect();
-        let blurred = self.model(&self.without_plane(&normal.unknowns));
-        let sum = |use_all: bool| -> f64 {
-            let samples = blurred.iter().zip(&self.clipped);
-            let counted = samples.filter(|(_, clipped)| use_all || !**clipped);
-            counted.map(|(light, _)| f64::from(*light)).sum()
-        };
-        if sum(false) < MIN_MEASURED_SHARE * sum(true) {
-            return None;
-        }
-        Some(Solved {
+        let blurred = self.model(&self.without_plane(&unknowns));
+        Ok(Solved {
             light,
             blurred,
-            model_error: self.inputs.model_error * misfit.max(1.0),
+            model_error,
         })
+    }
+
+    /// Returns whether enough of the light falls on samples that are not clipped.
+    fn is_measured(&self, unknowns: &[f64]) -> bool {
+        let light = self.model(&self.without_plane(unknowns));
+        let all = light.iter().map(|v| f64::from(*v)).sum::<f64>();
+        let measured = light
+            .iter()
+            .zip(&self.clipped)
+            .filter(|(_, clipped)| !**clipped);
+        measured.map(|(v, _)| f64::from(*v)).sum::<f64>() >= MIN_MEASURED_SHARE * all
     }
 
     /// Returns K s + P c.
@@ -322,90 +396,101 @@ impl<'a> LightFit<'a> {
     }
 
     /// Returns the variance of the residual, beyond the noise, where the light is weak.
-    fn texture_variance(&self, unknowns: &[f64], used: &[bool]) -> f64 {
+    fn texture(&self, unknowns: &[f64], used: &[bool]) -> TextureVariance {
         let light = self.model(&self.without_plane(unknowns));
         let model = self.model(unknowns);
-        let (mut sum, mut count) = (0.0, 0.0_f64);
-        for k in 0..self.samples.len() {
-            let deviation = self.deviations[k];
-            if used[k] && f64::from(light[k]) < deviation.max(0.1 * f64::from(self.samples[k])) {
-                sum += f64::from(self.samples[k] - model[k]).powi(2) - deviation * deviation;
-                count += 1.0;
-            }
-        }
-        (sum / count.max(1.0)).max(0.0)
-    }
-
-    /// Forms the normal equations of the `used` samples.
-    fn normal_equations(&self, used: &[bool]) -> Normal {
-        let weights: Vec<f32> = (self.deviations.iter().zip(used))
-            .map(|(deviation, used)| if *used { deviation.recip() as f32 } else { 0.0 })
-            .collect();
-        let columns: Vec<Column> = (self.columns.par_iter())
-            .map(|column| column.scaled(&weights, self.width))
-            .collect();
-        let samples = self.samples.iter().zip(&weights).map(|(v, w)| v * w);
-        let samples = Column::full(self.width, samples.collect());
-        let half: Vec<Vec<f32>> = (0..columns.len())
-            .into_par_iter()
-            .map(|j| {
-                (0..=j)
-                    .map(|k| columns[j].dot(&columns[k]) as f32)
-                    .collect()
+        let is_weak = |k: &usize| {
+            let sample = f64::from(self.samples[*k]);
+            used[*k] && f64::from(light[*k]) < self.deviations[*k].max(0.1 * sample)
+        };
+        let weak: Vec<usize> = (0..self.samples.len()).filter(is_weak).collect();
+        let model = &model;
+        let excess = |share: f64| {
+            weak.iter().map(move |k| {
+                let square = f64::from(self.samples[*k] - model[*k]).powi(2);
+                square / share - self.deviations[*k].powi(2)
             })
-            .collect();
-        let count = columns.len();
-        let matrix = (0..count)
-            .map(|j| (0..count).map(|k| half[j.max(k)][j.min(k)]).collect())
-            .collect();
-        Normal {
-            matrix,
-            right: columns.iter().map(|column| column.dot(&samples)).collect(),
-            unknowns: vec![0.0; count],
+        };
+        let count = weak.len();
+        let mean = excess(1.0).sum::<f64>() / (count as f64).max(1.0);
+        let mut all: Vec<f64> = excess(MEDIAN_SQUARE_NORMAL).collect();
+        let median = if all.is_empty() {
+            0.0
+        } else {
+            *all.select_nth_unstable_by(count / 2, f64::total_cmp).1
+        };
+        TextureVariance {
+            mean: mean.max(0.0),
+            median: median.max(0.0),
         }
     }
 
-    /// Lowers the weight of the total variation until the residual is that of the noise. Returns the misfit: the root mean
-    /// square residual, in standard deviations, where the light is strong.
-    fn minimise(&self, normal: &mut Normal, used: &[bool]) -> f64 {
-        let steepest = normal.right[..self.source_count]
-            .iter()
-            .fold(0.0, |a: f64, b| a.max(*b));
+    /// Lowers the weight of the total variation until the residual of the `used` samples is that of the noise.
+    ///
+    /// While the texture is unknown it stops as soon as that is too large, and does not shrink any more.
+    fn minimise(&self, used: &[bool], texture: Texture) -> Minimum {
+        let (columns, width) = (&self.columns, self.width);
+        let mut equations = Equations::new(columns, width, &self.samples, &self.deviations, used);
+        equations.refresh();
+        let steepest = (0..self.source_count)
+            .map(|j| equations.descent(j))
+            .fold(0.0, f64::max);
         let mut weight = steepest / WEIGHT_STEP;
         let mut misfit = f64::INFINITY;
-        for _ in 0..WEIGHTS {
+        let (mut texture_variance, mut brightest) = (f64::INFINITY, 0.0);
+        for tried in 0..WEIGHTS {
             for _ in 0..REWEIGHTINGS {
-                self.descend(normal, weight);
+                self.descend(&mut equations, weight);
             }
-            misfit = self.misfit(&normal.unknowns, used);
-            if misfit < WANTED_MISFIT {
+            let previous = misfit;
+            let residual = self.residual(&equations.unknowns, used);
+            misfit = residual.misfit;
+            let is_noise = misfit < WANTED_MISFIT * residual.noise_share;
+            let is_plateau = misfit < WANTED_MISFIT && misfit > PLATEAU * previous;
+            if is_noise || is_plateau {
                 break;
+            }
+            if texture == Texture::Unknown && tried >= WEIGHTS_FOR_TEXTURE {
+                let (before, dimmer) = (texture_variance, brightest);
+                texture_variance = self.texture(&equations.unknowns, used).mean;
+                brightest = self.brightest(&equations.unknowns);
+                let has_grown = brightest < dimmer / TEXTURE_PLATEAU;
+                let most = (MAX_TEXTURE_SHARE * brightest).powi(2);
+                if has_grown && texture_variance > most.max(TEXTURE_PLATEAU * before) {
+                    break;
+                }
             }
             weight /= WEIGHT_STEP;
         }
-        misfit
+        Minimum {
+            unknowns: equations.unknowns,
+            misfit,
+        }
     }
 
-    fn misfit(&self, unknowns: &[f64], used: &[bool]) -> f64 {
+    /// Compares samples and model where the light is strong.
+    fn residual(&self, unknowns: &[f64], used: &[bool]) -> Residual {
         let light = self.model(&self.without_plane(unknowns));
         let model = self.model(unknowns);
-        let (mut sum, mut count) = (0.0, 0.0_f64);
+        let lens_error = |k: usize| self.inputs.model_error * f64::from(self.samples[k]);
+        let (mut sum, mut noise_sum, mut count) = (0.0, 0.0, 0.0_f64);
         for k in 0..self.samples.len() {
-            if used[k] && f64::from(light[k]) > self.deviations[k] {
-                sum += (f64::from(self.samples[k] - model[k]) / self.deviations[k]).powi(2);
+            let deviation = self.deviations[k];
+            if used[k] && f64::from(light[k]) > deviation {
+                sum += (f64::from(self.samples[k] - model[k]) / deviation).powi(2);
+                noise_sum += 1.0 - (lens_error(k) / deviation).powi(2);
                 count += 1.0;
             }
         }
-        (sum / count.max(1.0)).sqrt()
+        Residual {
+            misfit: (sum / count.max(1.0)).sqrt(),
+            noise_share: (noise_sum / count.max(1.0)).sqrt(),
+        }
     }
 
     /// Sweeps over the unknowns, with the total variation weighted quadratically around the present sources.
-    fn descend(&self, normal: &mut Normal, weight: f64) {
-        let Normal {
-            matrix,
-            right,
-            unknowns,
-        } = normal;
+    fn descend(&self, equations: &mut Equations, weight: f64) {
+        let unknowns = &equations.unknowns;
         let brightest = unknowns[..self.source_count]
             .iter()
             .fold(0.0, |a: f64, b| a.max(*b));
@@ -423,20 +508,11 @@ impl<'a> LightFit<'a> {
                 })
             })
             .collect();
-        // The negative gradient of the data term.
-        let mut descent: Vec<f64> = (matrix.iter().zip(right.iter()))
-            .map(|(row, right)| {
-                let product: f64 = row
-                    .iter()
-                    .zip(unknowns.iter())
-                    .map(|(a, b)| f64::from(*a) * b)
-                    .sum();
-                right - product
-            })
-            .collect();
+        equations.refresh();
         for _ in 0..SWEEPS {
-            for j in 0..unknowns.len() {
-                let (mut gradient, mut curvature) = (descent[j], f64::from(matrix[j][j]));
+            for j in 0..equations.unknowns.len() {
+                let (mut gradient, mut curvature) = (equations.descent(j), equations.curvature(j));
+                let unknowns = &equations.unknowns;
                 if let Some(pull) = pull.get(j) {
                     for (pull, other) in pull.iter().zip(&self.neighbours[j]) {
                         gradient -= pull * (unknowns[j] - other.map_or(0.0, |k| unknowns[k]));
@@ -450,13 +526,7 @@ impl<'a> LightFit<'a> {
                 if j < self.source_count {
                     value = value.max(0.0);
                 }
-                let change = value - unknowns[j];
-                if change != 0.0 {
-                    unknowns[j] = value;
-                    for (descent, element) in descent.iter_mut().zip(&matrix[j]) {
-                        *descent -= f64::from(*element) * change;
-                    }
-                }
+                equations.set(j, value);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The kernels of the pixels of a light, as columns of a matrix.
 
+use super::light_lattice::hat;
 use super::vectors::short_dot;
 use crate::{LocalKernel, LocalKernels, RenderWindow};
 use seidel_optics::error::Result;
@@ -90,38 +91,54 @@ impl KernelGrid {
         }
     }
 
-    /// Returns the light that a source of unit light at `pixel` brings to the samples of `window`.
-    pub(super) fn column(&self, pixel: (usize, usize), window: RenderWindow) -> Column {
-        let around = self.around(pixel);
-        let ends = |of: &dyn Fn(&LocalKernel) -> (i32, i32), size: usize| {
-            let all = around.iter().map(|(kernel, _)| of(kernel));
-            let (low, high) = all.fold((i32::MAX, i32::MIN), |(low, high), (a, b)| {
-                (low.min(a), high.max(b))
-            });
-            let inside = |at: i32| at.clamp(0, size as i32) as usize;
-            inside(low)..inside(high)
-        };
+    /// Returns the light that a source of unit brightness at `pixel` brings to the samples of `window`. Its light is spread
+    /// over the pixels around by [`hat`] weights of this `spacing`.
+    pub(super) fn column(
+        &self,
+        pixel: (usize, usize),
+        spacing: usize,
+        window: RenderWindow,
+    ) -> Column {
         let (x, y) = (
             pixel.0 as i32 - window.column as i32,
             pixel.1 as i32 - window.row as i32,
         );
-        let columns = ends(&|k| (x + k.left, x + k.left + k.width as i32), window.width);
-        let rows = ends(&|k| (y + k.top, y + k.top + k.height as i32), window.height);
-        let mut column = Column {
-            left: columns.start,
-            top: rows.start,
-            width: columns.len(),
-            weights: vec![0.0; columns.len() * rows.len()],
+        let around = self.around(pixel);
+        let margin = spacing as i32 - 1;
+        let ends = |of: &dyn Fn(&LocalKernel) -> (i32, i32)| {
+            let all = around.iter().map(|(kernel, _)| of(kernel));
+            let (low, high) = all.fold((i32::MAX, i32::MIN), |(low, high), (a, b)| {
+                (low.min(a), high.max(b))
+            });
+            (low - margin, (high - low + 2 * margin) as usize)
         };
+        let (left, width) = ends(&|k| (k.left, k.left + k.width as i32));
+        let (top, height) = ends(&|k| (k.top, k.top + k.height as i32));
+        let mut blended = vec![0.0; width * height];
         for (kernel, share) in around {
-            column.add(kernel, (x + kernel.left, y + kernel.top), share);
+            for (row, samples) in kernel.weights.chunks_exact(kernel.width.max(1)).enumerate() {
+                let start = ((kernel.top - top) as usize + row) * width;
+                let out = &mut blended[start + (kernel.left - left) as usize..];
+                for (out, sample) in out.iter_mut().zip(samples) {
+                    *out += share * sample;
+                }
+            }
         }
-        column
+        if spacing > 1 {
+            spread(&mut blended, width, spacing);
+        }
+        Column::cut(&blended, width, (x + left, y + top), window)
     }
 
     /// Returns the number of samples of a kernel.
     pub(super) fn kernel_area(&self) -> usize {
         self.kernels[0].weights.len()
+    }
+
+    /// Returns the largest distance of sources, px: this share of the kernels' smaller side.
+    pub(super) fn max_spacing(&self, share: f64) -> usize {
+        let sides = (self.kernels.iter()).map(|kernel| kernel.width.min(kernel.height));
+        ((share * sides.min().unwrap_or(0) as f64) as usize).max(1)
     }
 
     /// Returns about how many multiplications the inner products of `count` columns of this region take.
@@ -159,6 +176,27 @@ impl Column {
         }
     }
 
+    /// Cuts what lies in `window` from a plane of `width` columns whose first sample is at `first`, column and row of the
+    /// window.
+    fn cut(plane: &[f32], width: usize, first: (i32, i32), window: RenderWindow) -> Self {
+        let inside = |first: i32, count: usize, size: usize| {
+            let end = |at: i32| at.clamp(0, size as i32);
+            end(first)..end(first + count as i32)
+        };
+        let columns = inside(first.0, width, window.width);
+        let rows = inside(first.1, plane.len() / width.max(1), window.height);
+        let weights = rows.clone().flat_map(|y| {
+            let start = (y - first.1) as usize * width + (columns.start - first.0) as usize;
+            &plane[start..start + columns.len()]
+        });
+        Self {
+            left: columns.start as usize,
+            top: rows.start as usize,
+            width: columns.len(),
+            weights: weights.copied().collect(),
+        }
+    }
+
     fn height(&self) -> usize {
         self.weights.len() / self.width.max(1)
     }
@@ -186,6 +224,38 @@ impl Column {
         }
     }
 
+    /// Adds `gain` times this column to `plane`, each sample multiplied by its element of `weights`.
+    pub(super) fn add_weighted_to(
+        &self,
+        plane: &mut [f32],
+        weights: &[f32],
+        window_width: usize,
+        gain: f32,
+    ) {
+        for (y, row) in self.weights.chunks_exact(self.width.max(1)).enumerate() {
+            let start = (self.top + y) * window_width + self.left;
+            let out = plane[start..].iter_mut().zip(&weights[start..]);
+            for ((out, weight), sample) in out.zip(row) {
+                *out += gain * weight * sample;
+            }
+        }
+    }
+
+    /// Returns the inner product with a plane of a window `window_width` samples wide.
+    pub(super) fn dot_plane(&self, plane: &[f32], window_width: usize) -> f64 {
+        let rows = self.weights.chunks_exact(self.width.max(1)).enumerate();
+        let products = rows.map(|(y, row)| {
+            let start = (self.top + y) * window_width + self.left;
+            short_dot(row, &plane[start..start + self.width])
+        });
+        products.sum()
+    }
+
+    /// Returns the number of samples of the rectangle.
+    pub(super) fn area(&self) -> usize {
+        self.weights.len()
+    }
+
     /// Returns the inner product of two columns.
     pub(super) fn dot(&self, other: &Self) -> f64 {
         let left = self.left.max(other.left);
@@ -203,21 +273,19 @@ impl Column {
         });
         rows.sum()
     }
+}
 
-    /// Adds `share` of a `kernel` whose first sample is at `first`, column and row of the window.
-    fn add(&mut self, kernel: &LocalKernel, first: (i32, i32), share: f32) {
-        let (left, top) = (first.0 - self.left as i32, first.1 - self.top as i32);
-        let height = self.height() as i32;
-        for (y, row) in kernel.weights.chunks_exact(kernel.width.max(1)).enumerate() {
-            let y = top + y as i32;
-            if !(0..height).contains(&y) {
-                continue;
-            }
-            for (x, weight) in row.iter().enumerate() {
-                let x = left + x as i32;
-                if (0..self.width as i32).contains(&x) {
-                    self.weights[y as usize * self.width + x as usize] += share * weight;
-                }
+/// Convolves `plane`, `width` samples wide, with [`hat`] weights along rows and columns. Its border of `spacing` - 1 samples
+/// must be 0.
+fn spread(plane: &mut [f32], width: usize, spacing: usize) {
+    let reach = spacing - 1;
+    let weights: Vec<f32> = hat(spacing).collect();
+    for stride in [1, width] {
+        let before = plane.to_vec();
+        plane.fill(0.0);
+        for (at, sample) in before.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+            for (k, weight) in weights.iter().enumerate() {
+                plane[at + k * stride - reach * stride] += weight * sample;
             }
         }
     }

@@ -6,7 +6,7 @@
 //! the plate counts as noise.
 
 use super::light_candidates::CandidateSearch;
-use super::light_fit::{FitInputs, FittedLight};
+use super::light_fit::{Fit, FitInputs, FittedLight};
 use super::{Canvas, Highlights};
 use crate::{LocalKernels, RenderWindow, Scene, VergencePass};
 use seidel_optics::Progress;
@@ -19,9 +19,10 @@ const MAX_REGION: usize = 20_000;
 /// Largest number of lights, for each thousand pixels of the plate.
 const MAX_LIGHTS_PER_THOUSAND: usize = 1;
 /// Largest number of multiplications that the fits may take, for each pixel of the plate.
-const WORK_PER_PIXEL: f64 = 8e3;
-/// Largest relative error of the lens with which a light counts as explained: others keep their blur.
-const MAX_MODEL_ERROR: f64 = 0.03;
+const WORK_PER_PIXEL: f64 = 2e4;
+
+/// Ratio of the brightest to the dimmest sample of a region from which it would ring as a part of the picture.
+const RINGING_CONTRAST: f32 = 3.0;
 
 /// Reach of the errors of a light, px.
 const ERROR_REACH: usize = 2;
@@ -36,6 +37,8 @@ pub(super) struct LightSources {
     pub(super) error: Vec<f32>,
     /// Whether a pixel belongs to a light that is explained.
     pub(super) explained: Vec<bool>,
+    /// Whether a pixel belongs to a light that the lens does not explain.
+    pub(super) unexplained: Vec<bool>,
 }
 
 impl LightSources {
@@ -46,6 +49,7 @@ impl LightSources {
             blurred: vec![0.0; count],
             error: vec![0.0; count],
             explained: vec![false; count],
+            unexplained: vec![false; count],
         }
     }
 
@@ -102,7 +106,12 @@ impl LightSearch<'_> {
         };
         let bright = |k: usize| is_clipped(k) || self.highlights.excess(k) > 0.0;
         let mut regions = search.regions(bright);
-        regions.retain(|region| region.len() <= MAX_REGION);
+        // Light from beyond the plate's edges is unknown, and with it the rest of a light that touches them.
+        let (width, height) = (self.scene.width, self.scene.height);
+        let is_inside = |k: &usize| {
+            (1..width - 1).contains(&(k % width)) && (1..height - 1).contains(&(k / width))
+        };
+        regions.retain(|region| region.len() <= MAX_REGION && region.iter().all(is_inside));
         // The brightest come first: they disturb the others most.
         let peak = |region: &[usize]| {
             region
@@ -120,16 +129,20 @@ impl LightSearch<'_> {
                 if !progress((pass * regions.len() + index) as f64 / steps) {
                     return Err(crate::cancelled());
                 }
-                if pass > 0 && lights[index].is_none() {
+                if pass > 0 && !overlaps_others(&lights, index) {
                     continue;
                 }
                 if let Some(light) = lights[index].take() {
                     add(&mut rest, self.scene.width, &light, 1.0);
                 }
-                let fitted = self.fit(region, &rest, &mut budget)?;
-                if let Some(light) = fitted {
+                let fit = self.fit(region, &rest, &mut budget)?;
+                if let Fit::Light(light) = fit {
                     add(&mut rest, self.scene.width, &light, -1.0);
                     lights[index] = Some(light);
+                } else if matches!(fit, Fit::Unexplained) && self.would_ring(region) {
+                    for pixel in region {
+                        found.unexplained[*pixel] = true;
+                    }
                 }
             }
         }
@@ -145,13 +158,17 @@ impl LightSearch<'_> {
         Ok(found)
     }
 
-    /// Fits one light; `None` if the lens does not explain it.
-    fn fit(
-        &self,
-        region: &[usize],
-        samples: &[f32],
-        budget: &mut f64,
-    ) -> Result<Option<FittedLight>> {
+    /// Returns whether a region that is no explained light would ring as a part of the picture: its contrast is high.
+    fn would_ring(&self, region: &[usize]) -> bool {
+        let light = region.iter().map(|k| self.samples[*k]);
+        let (dimmest, brightest) = light.fold((f32::INFINITY, 0.0_f32), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        brightest > RINGING_CONTRAST * dimmest
+    }
+
+    /// Fits one light.
+    fn fit(&self, region: &[usize], samples: &[f32], budget: &mut f64) -> Result<Fit> {
         let scene = self.at_depth_of(region);
         let kernels = LocalKernels::new(&scene, self.weights)?;
         let inputs = FitInputs {
@@ -162,8 +179,7 @@ impl LightSearch<'_> {
             model_error: self.model_error,
             clip_level: self.clip_level,
         };
-        let fitted = inputs.fit(region, samples, budget)?;
-        Ok(fitted.filter(|light| light.model_error <= MAX_MODEL_ERROR))
+        inputs.fit(region, samples, budget)
     }
 
     /// Returns the scene with the depth of a region's brightest pixel everywhere.
@@ -208,6 +224,20 @@ impl FittedLight {
             }
         }
     }
+}
+
+/// Returns whether the light at `index` was fitted and shares a part of the plate with another.
+fn overlaps_others(lights: &[Option<FittedLight>], index: usize) -> bool {
+    let Some(light) = &lights[index] else {
+        return false;
+    };
+    let overlap =
+        |a: usize, a_size: usize, b: usize, b_size: usize| a < b + b_size && b < a + a_size;
+    let others = lights.iter().enumerate().filter(|(k, _)| *k != index);
+    others.filter_map(|(_, other)| other.as_ref()).any(|other| {
+        let (a, b) = (&light.window, &other.window);
+        overlap(a.column, a.width, b.column, b.width) && overlap(a.row, a.height, b.row, b.height)
+    })
 }
 
 /// Adds `gain` times the blurred `light` to `plane`, `width` samples wide.

@@ -72,7 +72,7 @@ impl PlateInputs<'_> {
             }
             .run(progress)?,
         };
-        let kept = self.kept_shares(plane.samples, clip_level, &lights.explained, &operator)?;
+        let kept = self.kept_shares(plane.samples, clip_level, &lights, &operator)?;
         Ok(Separated {
             canvas,
             operator,
@@ -85,15 +85,15 @@ impl PlateInputs<'_> {
         })
     }
 
-    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1. Lights that are `explained` keep none.
+    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1. Explained lights keep none.
     ///
     /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
-    /// Highlights are treated like them. At depth edges part of the light is hidden.
+    /// Highlights and lights that the lens does not explain are treated like them. At depth edges part of the light is hidden.
     fn kept_shares(
         &self,
         samples: &[f32],
         clip_level: Option<f32>,
-        explained: &[bool],
+        lights: &LightSources,
         operator: &LensOperator,
     ) -> Result<Vec<f32>> {
         let count = self.canvas.plate_pixel_count();
@@ -106,13 +106,16 @@ impl PlateInputs<'_> {
         }
         // In units of the highlight threshold; clipped samples count as one at least.
         let excess = |k: usize| {
-            if explained[k] {
+            if lights.explained[k] {
                 return 0.0;
             }
             let clipped = clip_level.is_some_and(|level| samples[k] >= level);
-            self.highlights
-                .excess(k)
-                .max(if clipped { 1.0 } else { 0.0 })
+            let least = if clipped || lights.unexplained[k] {
+                1.0
+            } else {
+                0.0
+            };
+            self.highlights.excess(k).max(least)
         };
         if (0..count).any(|k| excess(k) > 0.0) {
             let blurred = operator.apply(&self.canvas.embed(0.0, excess), Accuracy::Draft)?;

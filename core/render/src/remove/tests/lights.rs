@@ -2,7 +2,7 @@
 
 use super::super::Lights;
 use super::super::test_scenes::{
-    GrowingBlur, HEIGHT, WIDTH, blurred, lens, remove, scene, sharpen,
+    GrowingBlur, HEIGHT, WIDTH, blurred, lens, psnr_db, remove, scene, sharpen,
 };
 use super::super::{Deconvolver, Highlights, Saturation};
 use crate::{BlurField, DisplacedBlur, Displacement, Plane, Renderer, Scatter, Scene};
@@ -100,6 +100,41 @@ fn lights_that_the_lens_does_not_explain_keep_their_blur() {
             .filter(|k| far(*k, lamp) < RADIUS)
             .all(|k| same(&k))
     );
+}
+
+/// A window of some 2000 sources is solved by its residual, and a thin line as well as small lamps are.
+#[test]
+fn windows_and_lines_come_back_without_rings() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let outside = |k: usize| -> (usize, usize) {
+        let (x, y) = (k % WIDTH, k / WIDTH);
+        let beyond = |at: usize, first: usize, last: usize| {
+            first.saturating_sub(at).max(at.saturating_sub(last))
+        };
+        let window = beyond(x, 55, 94).max(beyond(y, 50, 89));
+        (window, beyond(x, 40, 110).max(beyond(y, 120, 120)))
+    };
+    let truth: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|k| match outside(k) {
+            (0, _) => 6.0,
+            (_, 0) => 20.0,
+            _ => GROUND,
+        })
+        .collect();
+    let plate = blurred(&scene, &Scatter, &truth, 0.001);
+    let sharp = sharpen(&scene, &plate, Deconvolver::default());
+    let dark = (0..plate.len()).filter(|k| {
+        let (window, line) = outside(*k);
+        (4..24).contains(&window.min(line))
+    });
+    let mean = |k: usize| {
+        let rows = [k - WIDTH, k, k + WIDTH];
+        rows.iter().flat_map(|k| &sharp[k - 1..k + 2]).sum::<f32>() / 9.0
+    };
+    let undershoot = dark.fold(0.0_f32, |most, k| most.max(1.0 - mean(k) / GROUND));
+    assert!(undershoot < 0.02, "{undershoot}");
+    assert!(psnr_db(&sharp, &truth) > psnr_db(&plate, &truth) + 12.0);
 }
 
 /// Two colours: the second is displaced, and blurred more.
