@@ -1,5 +1,6 @@
 //! Renders of one frame, whole or in tiles, and what they wrote.
 
+use std::collections::BTreeMap;
 use std::ffi::CStr;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -106,10 +107,6 @@ impl Frame {
     }
 }
 
-/// The reason why renders of a plugin without float images are not tested.
-pub(crate) const NO_FLOATS: &str =
-    "renders, since the plugin takes no float images and this host has no others";
-
 impl Instance<'_> {
     /// Renders a frame that must succeed without faults.
     ///
@@ -122,14 +119,9 @@ impl Instance<'_> {
     /// Renders a frame with the actions that hosts call before and after it.
     ///
     /// # Errors
-    /// If one of the other actions fails. The status and faults of the render itself are in the frame. A plugin that takes no
-    /// float images is not rendered with them: the error says so.
+    /// If one of the other actions fails. The status and faults of the render itself are in the frame.
     pub fn render(&self, request: &RenderRequest) -> Result<Frame, String> {
         let host = self.loaded.host;
-        let gives_floats = host.profile.bit_depth == kOfxBitDepthFloat;
-        if gives_floats && self.loaded.refuses(kOfxBitDepthFloat) {
-            return Err(NO_FLOATS.to_owned());
-        }
         let (par, project) = {
             let scene = locked(&self.effect.scene);
             (scene.par, scene.project)
@@ -197,35 +189,20 @@ impl Instance<'_> {
         } else {
             frame.rod.union(&window)
         };
-        let rows = request.rows.unwrap_or(host.profile.rows);
-        let channels = frame.picture.channels;
-        let output = Arc::new(GuardedBuffer::output(bounds, channels, rows));
-        let render = Arc::new(ActiveRender {
-            time: request.time,
-            scale: request.scale,
-            rows,
+        let tile = Tile {
+            window,
+            bounds,
             crops,
-            output: Arc::clone(&output),
-            rod: frame.rod,
-            field: request.field,
-            fetched_clips: Mutex::default(),
-        });
-        let start = Instant::now();
-        let status = self.act_render(request, window, &render);
-        frame.elapsed += start.elapsed();
-        for clip in reclaim(host, Some(&render)) {
-            frame
-                .faults
-                .push(format!("an image of {clip} was not released"));
-        }
-        (frame.fetched_clips).append(&mut locked(&render.fetched_clips));
-        frame.status = frame.status.max(status);
-        if status != kOfxStatOK {
-            let messages = locked(&host.messages);
-            frame.message = messages.last().map(|message| message.text.clone());
-        }
+        };
+        let (output, status) = self.render_round(request, &tile, frame, 0);
         let expected = |x: i32, y: i32| window.contains(x, y) && is_in_field(request.field, y);
-        let written = output.written(expected);
+        let mut written = output.written(expected);
+        // Integers may be written as they were: a second round starts from others.
+        let may_be_equal = output.samples().white().is_some() && !host.aborts();
+        if status == kOfxStatOK && may_be_equal && written.lacks_samples() {
+            let (again, _) = self.render_round(request, &tile, frame, 1);
+            written.confirm_unwritten(&again.written(expected));
+        }
         frame.faults.extend(if status == kOfxStatOK {
             written.faults()
         } else {
@@ -233,12 +210,53 @@ impl Instance<'_> {
             written.faults_outside()
         });
         let picture = output.picture();
+        let channels = picture.channels;
         for (x, y) in window.pixels().filter(|(x, y)| expected(*x, *y)) {
             if let Some(index) = frame.picture.index(x, y) {
                 frame.picture.samples[index..index + channels].copy_from_slice(picture.pixel(x, y));
             }
         }
         Ok(())
+    }
+
+    /// Renders one window to an image with the poison of a round, and records what the host sees of it.
+    fn render_round(
+        &self,
+        request: &RenderRequest,
+        tile: &Tile,
+        frame: &mut Frame,
+        round: u32,
+    ) -> (Arc<GuardedBuffer>, OfxStatus) {
+        let host = self.loaded.host;
+        let rows = request.rows.unwrap_or(host.profile.rows);
+        let (channels, samples) = (frame.picture.channels, self.loaded.samples());
+        let output = GuardedBuffer::output(tile.bounds, channels, rows, samples, round);
+        let output = Arc::new(output);
+        let render = Arc::new(ActiveRender {
+            time: request.time,
+            scale: request.scale,
+            rows,
+            crops: tile.crops.clone(),
+            output: Arc::clone(&output),
+            rod: frame.rod,
+            field: request.field,
+            fetched_clips: Mutex::default(),
+        });
+        let start = Instant::now();
+        let status = self.act_render(request, tile.window, &render);
+        frame.elapsed += start.elapsed();
+        let held = reclaim(host, Some(&render));
+        if round == 0 {
+            let faults = held.iter();
+            (frame.faults).extend(faults.map(|c| format!("an image of {c} was not released")));
+            (frame.fetched_clips).append(&mut locked(&render.fetched_clips));
+        }
+        frame.status = frame.status.max(status);
+        if status != kOfxStatOK {
+            let messages = locked(&host.messages);
+            frame.message = messages.last().map(|message| message.text.clone());
+        }
+        (output, status)
     }
 
     /// Calls Render.
@@ -282,6 +300,15 @@ impl Instance<'_> {
             self.effect.properties.put(name, values);
         }
     }
+}
+
+/// A part of a frame that is rendered at once.
+struct Tile {
+    window: Rect,
+    /// Pixels of the output image.
+    bounds: Rect,
+    /// Regions to which input images are cropped.
+    crops: Option<BTreeMap<String, Rect>>,
 }
 
 /// Returns whether a row belongs to a field. The lower field has the even rows.

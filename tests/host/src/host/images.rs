@@ -135,7 +135,8 @@ fn input_image(
         bounds = bounds.intersection(&region.pixels(scale, scene.par));
     }
     let rows = render.map_or(host.profile.rows, |r| r.rows);
-    (GuardedBuffer::input(bounds, rows, picture), picture.bounds)
+    let buffer = GuardedBuffer::input(bounds, rows, scene.samples, picture);
+    (buffer, picture.bounds)
 }
 
 fn image_properties(
@@ -150,6 +151,7 @@ fn image_properties(
     let text = |value: &CStr| vec![Value::Text(value.to_owned())];
     let bounds = buffer.map_or(rod, GuardedBuffer::bounds);
     let channels = buffer.map_or(4, GuardedBuffer::channels);
+    let bit_depth = (host.profile.false_bit_depth).unwrap_or(scene.samples.bit_depth());
     let identifier = format!(
         "{} {}",
         clip.name,
@@ -157,7 +159,7 @@ fn image_properties(
     );
     let mut rows: Vec<(&CStr, Vec<Value>)> = vec![
         (kOfxPropType, text(kOfxTypeImage)),
-        (kOfxImageEffectPropPixelDepth, text(host.profile.bit_depth)),
+        (kOfxImageEffectPropPixelDepth, text(bit_depth)),
         (kOfxImageEffectPropComponents, text(components(channels))),
         (
             kOfxImageEffectPropPreMultiplication,

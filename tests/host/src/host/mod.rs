@@ -8,6 +8,7 @@ pub mod images;
 pub mod profile;
 pub mod profiles;
 pub mod properties;
+pub mod sample_type;
 pub mod suites;
 
 use std::collections::{BTreeSet, HashMap};
@@ -309,6 +310,11 @@ impl Host {
     /// Returns the current persistent message.
     pub fn persistent_message(&self) -> Option<Message> {
         locked(&self.persistent).clone()
+    }
+
+    /// Returns whether `abort` will return yes sooner or later.
+    pub(crate) fn aborts(&self) -> bool {
+        self.polls_before_abort.load(Ordering::SeqCst) >= 0
     }
 
     /// Makes `abort` return no to the next `polls` calls and yes to all later ones; `None` means always no.

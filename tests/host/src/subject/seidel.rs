@@ -30,6 +30,7 @@ pub(super) static KIND: PluginKind = PluginKind {
         ],
         &[("output", StaticValue::Int(1))],
         &[("output", StaticValue::Int(4))],
+        &[("output", StaticValue::Int(5))],
         &[("quality", StaticValue::Int(0))],
         &[("quality", StaticValue::Int(2))],
         &[
