@@ -45,12 +45,6 @@ impl<'a> PlateImage<'a> {
         self.samples.get(x, y, channel)
     }
 
-    /// Sets a sample of an output; does nothing outside the image and its channels.
-    pub(crate) fn set(&self, pixel: (i32, i32), channel: usize, value: f32) {
-        let (x, y) = self.map.frame_pixel(pixel.0, pixel.1);
-        self.samples.set(x, y, channel, value);
-    }
-
     /// Reads a channel of `pixel` and of those to its right, one a value; 0 where the image has no pixel.
     pub(crate) fn read_channel(&self, pixel: (i32, i32), channel: usize, values: &mut [f32]) {
         let Some(part) = self.shared(pixel, values.len()) else {
@@ -114,15 +108,6 @@ impl<'a> PlateImage<'a> {
         )
     }
 
-    /// Returns the pixels of the image that lie in `rectangle`, row by row.
-    pub(crate) fn pixels_in(
-        &self,
-        rectangle: Rectangle,
-    ) -> impl Iterator<Item = (i32, i32)> + use<> {
-        let shared = self.rectangle.intersection(&rectangle);
-        shared.into_iter().flat_map(pixels_of)
-    }
-
     /// Copies the pixels of `from`, which has as many channels, over `rectangle`; zero where it has none.
     pub(crate) fn copy(&self, from: &Self, rectangle: Rectangle) {
         let mut row = vec![0.0; rectangle.width * self.channels()];
@@ -137,7 +122,7 @@ impl<'a> PlateImage<'a> {
         let zeros = vec![0.0; rectangle.width * self.channels()];
         let columns = rectangle.columns();
         for y in rectangle.rows() {
-            let mut clear = |from: i32, to: i32| {
+            let clear = |from: i32, to: i32| {
                 let count = (to - from).max(0) as usize * self.channels();
                 self.write_pixels((from, y), &zeros[..count]);
             };
@@ -161,20 +146,15 @@ struct RowPart {
     y: i32,
 }
 
-/// Returns the pixels of `rectangle`, row by row.
-pub(crate) fn pixels_of(rectangle: Rectangle) -> impl Iterator<Item = (i32, i32)> {
-    let pixels_of_row = move |y| rectangle.columns().map(move |x| (x, y));
-    rectangle.rows().flat_map(pixels_of_row)
-}
-
-/// Returns a value for each pixel of `rectangle` and each of its `channels`, interleaved, row by row.
+/// Returns the samples of the pixels of `rectangle`, which has so many `channels`, interleaved: each row as `read` fills it, from its
+/// first pixel on. It is zero before.
 ///
 /// # Errors
 /// Not enough memory.
-pub(crate) fn collect_samples(
+pub(crate) fn collect_rows(
     rectangle: Rectangle,
     channels: usize,
-    sample: impl Fn((i32, i32), usize) -> f32,
+    mut read: impl FnMut((i32, i32), &mut [f32]),
 ) -> Result<Vec<f32>> {
     let count = rectangle.pixel_count() * channels;
     let mut samples = Vec::new();
@@ -183,8 +163,12 @@ pub(crate) fn collect_samples(
             "Not enough memory for {count} samples; render at a lower resolution."
         ))
     })?;
-    for pixel in pixels_of(rectangle) {
-        samples.extend((0..channels).map(|channel| sample(pixel, channel)));
+    samples.resize(count, 0.0);
+    if count > 0 {
+        let rows = samples.chunks_exact_mut(rectangle.width * channels);
+        for (y, row) in rectangle.rows().zip(rows) {
+            read((rectangle.x, y), row);
+        }
     }
     Ok(samples)
 }

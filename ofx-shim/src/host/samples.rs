@@ -59,21 +59,6 @@ impl Samples<'_> {
         })
     }
 
-    /// Sets a sample of pixel (`x`, `y`), y up, of an output image; does nothing outside the bounds and channels.
-    pub(crate) fn set(&self, x: i32, y: i32, channel: usize, value: f32) {
-        let Some(at) = self.address(x, y, channel) else {
-            return;
-        };
-        if self.is_half {
-            let bits = f16::from_f32(value).to_bits();
-            // SAFETY: within the image, which the host lends for writing until it is released.
-            unsafe { at.cast::<u16>().write_unaligned(bits) };
-        } else {
-            // SAFETY: as above.
-            unsafe { at.cast::<f32>().write_unaligned(value) };
-        }
-    }
-
     /// Reads a channel of pixel (`x`, `y`) and of those to its right, one a value. All must lie within the bounds.
     pub(crate) fn read_channel(&self, x: i32, y: i32, channel: usize, values: &mut [f32]) {
         let Some(first) = self.address_of_row(x, y, channel, values.len()) else {
@@ -216,10 +201,10 @@ mod tests {
         let outside = [(0, 5, 0), (-1, 4, 0), (-1, 7, 0), (-1, 5, 2)];
         for (x, y, channel) in outside {
             assert_eq!(samples.get(x, y, channel), None);
-            samples.set(x, y, channel, 9.0);
         }
-        samples.set(-1, 6, 1, 8.0);
-        assert_eq!(values, [1.0, 2.0, 3.0, 8.0]);
+        samples.write_pixels(-1, 6, &[7.0, 8.0]);
+        samples.write_pixels(-1, 5, &[9.0; 4]);
+        assert_eq!(values, [1.0, 2.0, 7.0, 8.0]);
     }
 
     #[test]
@@ -240,12 +225,6 @@ mod tests {
             image: PhantomData,
         };
         assert_eq!(samples.get(0, 0, 1), Some(2.0));
-        samples.set(0, 0, 0, 0.25);
-        assert_eq!(bits[0], f16::from_f32(0.25).to_bits());
-        let samples = Samples {
-            data: bits.as_mut_ptr().cast(),
-            ..samples
-        };
         let mut pixel = [0.0; 2];
         samples.write_pixels(0, 0, &[0.5, 4.0]);
         samples.read_pixels(0, 0, &mut pixel);

@@ -1,7 +1,6 @@
 //! The result mixed with the source, by mask and mix factor.
 
-use seidel_core::Rectangle;
-
+use crate::interleaved::Interleaved;
 use crate::plate_image::PlateImage;
 
 /// Weight of the result against the source.
@@ -15,36 +14,45 @@ pub(crate) struct Mixing<'a> {
 }
 
 impl Mixing<'_> {
-    /// Replaces `result` by its mix with `source` in `rectangle`.
-    pub(crate) fn apply(&self, result: &PlateImage, source: &PlateImage, rectangle: Rectangle) {
+    /// Replaces `result` by its mix with `source`, which has as many channels.
+    pub(crate) fn apply(&self, result: &mut Interleaved, source: &PlateImage) {
         if self.mix == 1.0 && self.mask.is_none() {
             return;
         }
-        for pixel in result.pixels_in(rectangle) {
-            let weight = self.weight(pixel);
-            if weight == 1.0 {
-                continue;
-            }
-            for channel in 0..result.channels() {
-                let before = source.get(pixel, channel).unwrap_or(0.0);
-                let mixed = if weight == 0.0 {
-                    // To the bit, even where the result is not finite.
-                    before
-                } else {
-                    let after = result.get(pixel, channel).unwrap_or(0.0);
-                    before + (after - before) * weight
-                };
-                result.set(pixel, channel, mixed);
+        let channels = result.channels();
+        let (mut sharp, mut weights) = (Vec::new(), Vec::new());
+        for (first, row) in result.rows_mut() {
+            sharp.resize(row.len(), 0.0);
+            weights.resize(row.len() / channels, 0.0);
+            source.read_pixels(first, &mut sharp);
+            self.read_weights(first, &mut weights);
+            let pixels = row.chunks_exact_mut(channels);
+            let pixels = pixels.zip(sharp.chunks_exact(channels)).zip(&weights);
+            for ((after, before), weight) in pixels {
+                for (after, before) in after.iter_mut().zip(before) {
+                    if *weight == 0.0 {
+                        // To the bit, even where the result is not finite.
+                        *after = *before;
+                    } else if *weight != 1.0 {
+                        *after = before + (*after - before) * weight;
+                    }
+                }
             }
         }
     }
 
-    /// Returns the weight of the result at a pixel. The mask is zero outside its image and where it is NaN.
-    fn weight(&self, pixel: (i32, i32)) -> f32 {
+    /// Reads the weights of the result at `pixel` and those to its right. The mask is zero outside its image and where it is NaN.
+    fn read_weights(&self, pixel: (i32, i32), weights: &mut [f32]) {
         let Some(mask) = self.mask else {
-            return self.mix;
+            weights.fill(self.mix);
+            return;
         };
-        let value = mask.get(pixel, mask.channels() - 1).unwrap_or(0.0);
+        mask.read_channel(pixel, mask.channels() - 1, weights);
+        (weights.iter_mut()).for_each(|value| *value = self.weight(*value));
+    }
+
+    /// Returns the weight of the result where the mask has this value.
+    fn weight(&self, value: f32) -> f32 {
         let value = if value.is_nan() { 0.0 } else { value };
         let value = value.clamp(0.0, 1.0);
         self.mix * if self.invert_mask { 1.0 - value } else { value }
@@ -53,6 +61,8 @@ impl Mixing<'_> {
 
 #[cfg(test)]
 mod tests {
+    use seidel_core::Rectangle;
+
     use super::*;
     use crate::geometry::{Field, PixelMap};
     use crate::host::Samples;
@@ -82,14 +92,16 @@ mod tests {
         let (mut mask, mut source) = ([0.0, 0.5, 1.0], [1.0, 1.0, 1.0, 1.0]);
         let (mask, source) = (image(&mut mask), image(&mut source));
         let mixed = |mix, mask, invert_mask| {
-            let mut result = [3.0, 3.0, 3.0, 3.0];
+            let mut result = Interleaved::new(ROW, 1, |_, row| row.fill(3.0)).expect("memory");
             let mixing = Mixing {
                 mix,
                 mask,
                 invert_mask,
             };
-            mixing.apply(&image(&mut result), &source, ROW);
-            result
+            mixing.apply(&mut result, &source);
+            let mut values = [0.0; 4];
+            result.read_channel((0, 0), 0, &mut values);
+            values
         };
         assert_eq!(mixed(1.0, None, false), [3.0; 4]);
         assert_eq!(mixed(0.5, None, false), [2.0; 4]);
