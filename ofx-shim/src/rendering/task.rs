@@ -112,7 +112,7 @@ impl RenderJob {
                 let work = move |progress: &Progress<'_>| {
                     let planes = plate.apply_window(part, progress)?;
                     Ok(KeptResult {
-                        image: plate.to_image_of_size(part.width, part.height, planes)?,
+                        image: plate.to_image_of_window(part, planes)?,
                         // The depth of added margins repeats that of the border.
                         warnings: warnings(&own)?,
                     })

@@ -14,6 +14,7 @@ use crate::host::images::{ActiveRender, GuardedBuffer, reclaim};
 use crate::host::locked;
 use crate::host::profile::RowLayout;
 use crate::host::properties::Value;
+use crate::host::render_time::{RenderTime, Stopwatch};
 use crate::picture::{Picture, Rect};
 
 /// A render request, and the memory layout of its images.
@@ -35,6 +36,8 @@ pub struct RenderRequest {
     pub crop_output: bool,
     /// The field.
     pub field: &'static CStr,
+    /// Time in the Render action after which `abort` returns yes.
+    pub abort_after: Option<Duration>,
 }
 
 impl Default for RenderRequest {
@@ -48,6 +51,7 @@ impl Default for RenderRequest {
             crop_inputs: false,
             crop_output: false,
             field: kOfxImageFieldNone,
+            abort_after: None,
         }
     }
 }
@@ -80,8 +84,8 @@ pub struct Frame {
     pub fetched_clips: Vec<String>,
     /// The plugin's last message, if a render failed.
     pub message: Option<String>,
-    /// The time in the Render action, without what the host does before and after it.
-    pub elapsed: Duration,
+    /// The time of all renders.
+    pub time: RenderTime,
 }
 
 impl Frame {
@@ -149,7 +153,7 @@ impl Instance<'_> {
             faults: Vec::new(),
             fetched_clips: Vec::new(),
             message: None,
-            elapsed: Duration::ZERO,
+            time: RenderTime::default(),
         };
         for tile in tiles {
             self.render_tile(request, tile, &mut frame)?;
@@ -198,7 +202,8 @@ impl Instance<'_> {
         let expected = |x: i32, y: i32| window.contains(x, y) && is_in_field(request.field, y);
         let mut written = output.written(expected);
         // Integers may be written as they were: a second round starts from others.
-        let may_be_equal = output.samples().white().is_some() && !host.aborts();
+        let aborts = request.abort_after.is_some() || host.aborts();
+        let may_be_equal = output.samples().white().is_some() && !aborts;
         if status == kOfxStatOK && may_be_equal && written.lacks_samples() {
             let (again, _) = self.render_round(request, &tile, frame, 1);
             written.confirm_unwritten(&again.written(expected));
@@ -242,9 +247,14 @@ impl Instance<'_> {
             field: request.field,
             fetched_clips: Mutex::default(),
         });
-        let start = Instant::now();
+        *locked(&host.image_time) = Duration::ZERO;
+        let stopwatch = Stopwatch::start();
+        let deadline = request.abort_after.map(|after| Instant::now() + after);
+        *locked(&host.abort_from) = deadline;
         let status = self.act_render(request, tile.window, &render);
-        frame.elapsed += start.elapsed();
+        let time = stopwatch.stop(*locked(&host.image_time));
+        *locked(&host.abort_from) = None;
+        frame.time.add(time);
         let held = reclaim(host, Some(&render));
         if round == 0 {
             let faults = held.iter();

@@ -13,6 +13,7 @@ use super::effect::Clip;
 pub(crate) use super::guarded::GuardedBuffer;
 use super::profile::RowLayout;
 use super::properties::{PropertySet, Schema, Value, Values, property_name};
+use super::render_time::cpu_of_thread;
 use super::{Host, locked};
 use crate::picture::{Picture, Rect, Region};
 use crate::scene::{Feed, Scene, components};
@@ -48,6 +49,13 @@ pub(crate) fn fetch(
     time: f64,
     region: Option<Region>,
 ) -> Result<usize, OfxStatus> {
+    let start = cpu_of_thread();
+    let image = make(host, clip, time, region);
+    *locked(&host.image_time) += cpu_of_thread().saturating_sub(start);
+    image
+}
+
+fn make(host: &Host, clip: &Clip, time: f64, region: Option<Region>) -> Result<usize, OfxStatus> {
     let Some(effect) = clip.effect.upgrade() else {
         return Err(kOfxStatErrBadHandle);
     };
@@ -218,10 +226,12 @@ pub(crate) fn release(host: &Host, set: &PropertySet) -> OfxStatus {
     if let Some(buffer) = &image.buffer
         && !image.is_output
     {
+        let start = cpu_of_thread();
         if buffer.has_changed() {
             host.record_misuse(format!("the input image of {} was written to", image.clip));
         }
         buffer.overwrite();
+        *locked(&host.image_time) += cpu_of_thread().saturating_sub(start);
     }
     kOfxStatOK
 }

@@ -8,6 +8,7 @@ pub mod images;
 pub mod profile;
 pub mod profiles;
 pub mod properties;
+pub mod render_time;
 pub mod sample_type;
 pub mod suites;
 
@@ -17,6 +18,7 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 use openfx::sys::generic::core::OfxHost;
 
@@ -119,6 +121,10 @@ pub struct Host {
     pub counters: Counters,
     /// Calls of `abort` that will return no; negative for all.
     pub(crate) polls_before_abort: AtomicI64,
+    /// The moment from which `abort` returns yes.
+    pub(crate) abort_from: Mutex<Option<Instant>>,
+    /// CPU time in which images were made for plugins and released.
+    pub(crate) image_time: Mutex<Duration>,
     pub(crate) path: Mutex<CString>,
     pub(crate) processors: AtomicUsize,
     pub(crate) threads_fail: AtomicBool,
@@ -193,6 +199,8 @@ impl Host {
             persistent: Mutex::default(),
             counters: Counters::default(),
             polls_before_abort: AtomicI64::new(-1),
+            abort_from: Mutex::default(),
+            image_time: Mutex::default(),
             path: Mutex::new(CString::default()),
             processors: AtomicUsize::new(profile.processors as usize),
             threads_fail: AtomicBool::new(false),
