@@ -14,8 +14,9 @@ use crate::knobs::{Knobs, focus, lens, output};
 use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
-    FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, aperture_picture,
-    draw_psf_grid, field, image_of_input, in_host_pixels, render_window, tint_by_focus,
+    FocusRange, Frame, Inputs, MixedChannels, Mixing, Outcome, RenderJob, Source, Task,
+    aperture_picture, draw_psf_grid, field, image_of_input, in_host_pixels, render_window,
+    tint_by_focus,
 };
 use crate::settings::{
     HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look_with, settings,
@@ -237,6 +238,11 @@ impl Render<'_, '_> {
             mix: self.knobs.number(&output::MIX) as f32,
             mask: mask.and_then(|image| PlateImage::new(image, self.frame.map)),
             invert_mask: self.knobs.is_on(&output::MASK_INVERT),
+            channels: match self.knobs.choice(&output::CHANNELS) {
+                output::COLOURS => MixedChannels::Colours,
+                output::ALPHA => MixedChannels::Alpha,
+                _ => MixedChannels::All,
+            },
         };
         mixing.apply(result, &self.original);
         Ok(())

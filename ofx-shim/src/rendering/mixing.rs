@@ -1,4 +1,4 @@
-//! The result mixed with the source, by mask and mix factor.
+//! The result mixed with the source, by channel, mask and mix factor.
 
 use crate::interleaved::Interleaved;
 use crate::plate_image::PlateImage;
@@ -11,15 +11,39 @@ pub(crate) struct Mixing<'a> {
     /// Mask whose last channel is the weight; `None` is 1 everywhere.
     pub(crate) mask: Option<PlateImage<'a>>,
     pub(crate) invert_mask: bool,
+    pub(crate) channels: MixedChannels,
+}
+
+/// Channels that a result has; the others are those of the source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum MixedChannels {
+    All,
+    Colours,
+    Alpha,
+}
+
+impl MixedChannels {
+    /// Returns whether the result has this channel, of an image of so many.
+    fn contain(self, channel: usize, count: usize) -> bool {
+        let is_alpha = count != 3 && channel + 1 == count;
+        match self {
+            Self::All => true,
+            Self::Colours => !is_alpha,
+            Self::Alpha => is_alpha,
+        }
+    }
 }
 
 impl Mixing<'_> {
     /// Replaces `result` by its mix with `source`, which has as many channels.
     pub(crate) fn apply(&self, result: &mut Interleaved, source: &PlateImage) {
-        if self.mix == 1.0 && self.mask.is_none() {
+        if self.mix == 1.0 && self.mask.is_none() && self.channels == MixedChannels::All {
             return;
         }
         let channels = result.channels();
+        let is_mixed: Vec<bool> = (0..channels)
+            .map(|channel| self.channels.contain(channel, channels))
+            .collect();
         let (mut sharp, mut weights) = (Vec::new(), Vec::new());
         for (first, row) in result.rows_mut() {
             sharp.resize(row.len(), 0.0);
@@ -29,8 +53,8 @@ impl Mixing<'_> {
             let pixels = row.chunks_exact_mut(channels);
             let pixels = pixels.zip(sharp.chunks_exact(channels)).zip(&weights);
             for ((after, before), weight) in pixels {
-                for (after, before) in after.iter_mut().zip(before) {
-                    if *weight == 0.0 {
+                for ((after, before), is_mixed) in after.iter_mut().zip(before).zip(&is_mixed) {
+                    if !is_mixed || *weight == 0.0 {
                         // To the bit, even where the result is not finite.
                         *after = *before;
                     } else if *weight != 1.0 {
@@ -97,6 +121,7 @@ mod tests {
                 mix,
                 mask,
                 invert_mask,
+                channels: MixedChannels::All,
             };
             mixing.apply(&mut result, &source);
             let mut values = [0.0; 4];
@@ -109,5 +134,29 @@ mod tests {
         assert_eq!(mixed(1.0, Some(mask), false), [1.0, 2.0, 3.0, 1.0]);
         assert_eq!(mixed(1.0, Some(mask), true), [3.0, 2.0, 1.0, 3.0]);
         assert_eq!(mixed(0.5, Some(mask), false), [1.0, 1.5, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn channels_that_are_not_chosen_stay_those_of_the_source() {
+        let kept = |channels, count| -> Vec<bool> {
+            let contains = |channel| MixedChannels::contain(channels, channel, count);
+            (0..count).map(contains).collect()
+        };
+        assert_eq!(kept(MixedChannels::Colours, 4), [true, true, true, false]);
+        assert_eq!(kept(MixedChannels::Alpha, 4), [false, false, false, true]);
+        assert_eq!(kept(MixedChannels::Alpha, 3), [false; 3]);
+        assert_eq!(kept(MixedChannels::Alpha, 1), [true]);
+        let mut source = [1.0; 4];
+        let mut result = Interleaved::new(ROW, 1, |_, row| row.fill(3.0)).expect("memory");
+        let mixing = Mixing {
+            mix: 1.0,
+            mask: None,
+            invert_mask: false,
+            channels: MixedChannels::Colours,
+        };
+        mixing.apply(&mut result, &image(&mut source));
+        let mut values = [0.0; 4];
+        result.read_channel((0, 0), 0, &mut values);
+        assert_eq!(values, [1.0; 4]);
     }
 }
