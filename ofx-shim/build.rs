@@ -8,8 +8,11 @@ fn main() {
     if ["macos", "windows"].contains(&system.as_str()) {
         return;
     }
-    // Hides symbols of dependencies, such as those of OpenColorIO's C++ library, but not those of the plugin.
-    println!("cargo::rustc-cdylib-link-arg=-Wl,--exclude-libs,ALL");
+    if std::env::var_os("CARGO_FEATURE_OCIO_NATIVE").is_some() {
+        // Hides the symbols of OpenColorIO's C++ library. Those of Rust are hidden by rustc, and zig's linker, which builds for
+        // older C libraries, has no such option.
+        println!("cargo::rustc-cdylib-link-arg=-Wl,--exclude-libs,ALL");
+    }
     // Destructors of thread-local values must not run in a library that was unloaded.
     println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");
     if std::env::var("PROFILE").is_ok_and(|profile| profile == "release") {

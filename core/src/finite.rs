@@ -20,8 +20,8 @@ pub(crate) struct ComputedPlane<'a> {
     pub(crate) name: String,
     pub(crate) samples: &'a [f32],
     pub(crate) width: usize,
-    /// Columns and rows of the plane before the first pixel of the plate.
-    pub(crate) margin: [usize; 2],
+    /// Column and row of the first sample, counted from the first pixel of the plate.
+    pub(crate) first: [i64; 2],
 }
 
 impl ComputedPlane<'_> {
@@ -33,11 +33,8 @@ impl ComputedPlane<'_> {
         let Some(at) = first_non_finite(self.samples) else {
             return Ok(());
         };
-        let [x, y] = [at % self.width, at / self.width];
-        let [x, y] = [
-            x as i64 - self.margin[0] as i64,
-            y as i64 - self.margin[1] as i64,
-        ];
+        let x = self.first[0] + (at % self.width) as i64;
+        let y = self.first[1] + (at / self.width) as i64;
         Err(Error::new(
             format!("{}, pixel ({x}, {y}) of the result", self.name),
             format!(
@@ -74,7 +71,7 @@ mod tests {
             name: "channel G".into(),
             samples: &[0.0, 0.0, 0.0, f32::INFINITY],
             width: 2,
-            margin: [2, 1],
+            first: [-2, -1],
         };
         let error = plane.check().expect_err("an infinite sample");
         assert_eq!(error.place, "channel G, pixel (-1, 0) of the result");

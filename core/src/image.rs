@@ -225,14 +225,14 @@ impl Image {
     /// Checks that all samples of a computed image are finite.
     ///
     /// # Errors
-    /// The first sample that is not, by channel and pixel.
-    pub(crate) fn check_computed(&self) -> Result<()> {
+    /// The first sample that is not, by channel and pixel: `first` is the column and row of the first one on the plate.
+    pub(crate) fn check_computed(&self, first: [i64; 2]) -> Result<()> {
         self.named_planes().try_for_each(|(name, samples)| {
             let plane = ComputedPlane {
                 name: format!("channel {name}"),
                 samples,
                 width: self.width,
-                margin: [0; 2],
+                first,
             };
             plane.check()
         })

@@ -240,17 +240,11 @@ impl PremultipliedPlanes {
     /// of a pixel that is not covered is zero where colours are not premultiplied.
     ///
     /// # Errors
-    /// Those of [`Self::to_image_of_size`].
-    pub(crate) fn to_image(&self, planes: Vec<Vec<f32>>) -> Result<Image> {
-        self.to_image_of_size(self.width, self.height, planes)
-    }
-
-    /// As [`Self::to_image`], of planes of another size.
-    ///
-    /// # Errors
-    /// The first sample that is not finite, by channel and pixel: the computation overflowed.
-    pub(crate) fn to_image_of_size(
+    /// The first sample that is not finite, by channel and pixel: the computation overflowed. The first pixel of `planes`, which are
+    /// of the size `width` x `height`, is that of column and row `first` on the plate.
+    pub(crate) fn to_image(
         &self,
+        first: [i64; 2],
         width: usize,
         height: usize,
         mut planes: Vec<Vec<f32>>,
@@ -279,7 +273,7 @@ impl PremultipliedPlanes {
             rest.collect(),
             self.layout.alpha_kind,
         );
-        image.check_computed()?;
+        image.check_computed(first)?;
         Ok(image)
     }
 
@@ -355,7 +349,7 @@ mod tests {
         let planes = PremultipliedPlanes::new(image.clone())?;
         assert_eq!(planes.names(), ["R", "G", "A", "alpha.R", "alpha.G"]);
         assert_eq!(planes.planes()[..2], [vec![0.125, 0.4], vec![0.5, 0.0]]);
-        let back = planes.to_image(planes.planes().to_vec())?;
+        let back = planes.to_image([0; 2], 2, 1, planes.planes().to_vec())?;
         assert_eq!(back.colours, [vec![0.5, 0.8], vec![0.5, 0.0]]);
         assert_eq!(back.channel_alphas, image.channel_alphas);
         Ok(())

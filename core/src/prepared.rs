@@ -236,12 +236,12 @@ impl PreparedPlate {
     /// Returns premultiplied `planes` of the plate's size as an image in the plate's own relation of colour and alpha.
     ///
     /// # Errors
-    /// The first sample that is not finite, by channel and pixel: the computation overflowed.
+    /// The first sample that is not finite, by channel and pixel of the plate before it was expanded: the computation overflowed.
     pub fn to_image(&self, planes: Vec<Vec<f32>>) -> Result<Image> {
-        self.planes.to_image(planes)
+        self.to_image_of_size(self.placement.width, self.placement.height, planes)
     }
 
-    /// As [`Self::to_image`], of planes of `width` x `height` pixels.
+    /// As [`Self::to_image`], of planes of `width` x `height` pixels, centred on the plate.
     ///
     /// # Errors
     /// Those of [`Self::to_image`].
@@ -251,7 +251,29 @@ impl PreparedPlate {
         height: usize,
         planes: Vec<Vec<f32>>,
     ) -> Result<Image> {
-        self.planes.to_image_of_size(width, height, planes)
+        let margin = |size: usize, own: usize| (size as i64 - own as i64) / 2;
+        let first = [
+            -margin(width, self.placement.width),
+            -margin(height, self.placement.height),
+        ];
+        let first = self.before_expansion(first);
+        self.planes.to_image(first, width, height, planes)
+    }
+
+    /// As [`Self::to_image`], of planes of a `window` of the plate, as [`Self::apply_window`] returns.
+    ///
+    /// # Errors
+    /// Those of [`Self::to_image`].
+    pub fn to_image_of_window(&self, window: RenderWindow, planes: Vec<Vec<f32>>) -> Result<Image> {
+        let first = self.before_expansion([window.column as i64, window.row as i64]);
+        let (width, height) = (window.width, window.height);
+        self.planes.to_image(first, width, height, planes)
+    }
+
+    /// Returns a pixel of the plate as counted before it was expanded.
+    fn before_expansion(&self, [column, row]: [i64; 2]) -> [i64; 2] {
+        let (left, above) = self.own.map_or((0, 0), |own| (own.column, own.row));
+        [column - left as i64, row - above as i64]
     }
 
     /// Renders the plate through its lens; returns premultiplied planes as the lens's sensor records them.

@@ -221,14 +221,14 @@ impl RemovedPlate {
             let maps = [&plane.residual, &plane.confidence];
             let maps = maps.into_iter().chain(self.noise_gain.get(index));
             let maps = maps.map(|samples| (samples, canvas.plate.0, [0; 2]));
-            let margin = [canvas.margin_x, canvas.margin_y];
-            let sharp = (&plane.sharp, canvas.size().0, margin);
-            for (samples, width, margin) in [sharp].into_iter().chain(maps) {
+            let first = [canvas.margin_x, canvas.margin_y].map(|margin| -(margin as i64));
+            let sharp = (&plane.sharp, canvas.size().0, first);
+            for (samples, width, first) in [sharp].into_iter().chain(maps) {
                 let computed = ComputedPlane {
                     name: format!("channel {name}"),
                     samples,
                     width,
-                    margin,
+                    first,
                 };
                 computed.check()?;
             }

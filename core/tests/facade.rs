@@ -1,8 +1,11 @@
 //! The facade: `apply`, `remove` and `relens` in one call, and what they refuse.
 
+use std::sync::Arc;
+
+use seidel_core::render::RenderWindow;
 use seidel_core::{
-    AlphaKind, ChannelScale, Controls, Depth, DepthPass, ErrorKind, Image, Lens, ObjectDistance,
-    Plate, Quality, Settings, apply, no_progress, relens, remove,
+    AlphaKind, ChannelScale, Controls, Depth, DepthPass, ErrorKind, Image, Lens, LensSession,
+    Margins, ObjectDistance, Plate, Quality, Settings, apply, no_progress, relens, remove,
 };
 
 const WIDTH: usize = 96;
@@ -252,6 +255,41 @@ fn an_overflow_of_a_removal_is_refused_by_channel_and_pixel() {
         assert!(refused.place.starts_with("channel R, pixel ("), "{refused}");
         assert!(refused.place.ends_with(") of the result"), "{refused}");
         assert!(refused.remedy.contains("clip"), "{refused}");
+    }
+}
+
+#[test]
+fn pixels_of_expanded_plates_and_windows_are_counted_on_the_plate() {
+    let session = LensSession::new(&lens(), &Settings::default()).expect("a session");
+    let plate = Plate::new(image(3)).with_depth(at_metres(4.0));
+    let own = Arc::new(session).prepare(plate).expect("a plate");
+    let margins = Margins {
+        left: 10,
+        top: 7,
+        ..Margins::default()
+    };
+    let expanded = own.expanded(margins).expect("an expanded plate");
+    // The sample at column 3 and row 2 of planes of this size.
+    let planes = |width: usize, height: usize| {
+        let mut plane = vec![0.0; width * height];
+        plane[2 * width + 3] = f32::INFINITY;
+        vec![plane; 3]
+    };
+    let window = RenderWindow {
+        column: 12,
+        row: 6,
+        width: 8,
+        height: 4,
+    };
+    let (width, height) = (WIDTH + 10, HEIGHT + 7);
+    for (image, pixel) in [
+        (own.to_image(planes(WIDTH, HEIGHT)), "(3, 2)"),
+        (own.to_image_of_window(window, planes(8, 4)), "(15, 8)"),
+        (expanded.to_image(planes(width, height)), "(-7, -5)"),
+        (expanded.to_image_of_window(window, planes(8, 4)), "(5, 1)"),
+    ] {
+        let place = image.expect_err("an infinite sample").place;
+        assert_eq!(place, format!("channel R, pixel {pixel} of the result"));
     }
 }
 

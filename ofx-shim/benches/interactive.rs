@@ -1,5 +1,5 @@
-//! Render times of a node in a host, as shares of its first render: with another mix, another mask or another focus, as a proxy,
-//! and aborted by the host.
+//! Render times of a node in a host, as shares of its first render: with another mix, another mask or another focus, and as a proxy;
+//! and how long a render that the host aborts goes on.
 //!
 //! `cargo bench -p seidel-ofx --bench interactive [-- WIDTH HEIGHT]`; HD if omitted.
 
@@ -9,6 +9,7 @@ use seidel_ofx_host::drive::{Instance, Library, LoadedPlugin, RenderRequest};
 use seidel_ofx_host::host::Host;
 use seidel_ofx_host::host::effect::ParameterValue;
 use seidel_ofx_host::host::profile::Profile;
+use seidel_ofx_host::host::render_time::RenderTime;
 use seidel_ofx_host::picture::{Picture, Rect, plate};
 use seidel_ofx_host::runner::built_plugin;
 use seidel_ofx_host::scene::{Input, Scene};
@@ -17,6 +18,8 @@ type Result<T> = std::result::Result<T, String>;
 
 /// Rounds of which the median counts.
 const ROUNDS: usize = 3;
+/// Moments of a render at which the host aborts.
+const MOMENTS: u32 = 10;
 
 fn main() -> Result<()> {
     let sizes: Vec<i32> = (std::env::args().skip(1))
@@ -31,19 +34,27 @@ fn main() -> Result<()> {
     let plugin = library.find(None)?;
     let host = Host::activate(Profile::complete());
     let loaded = LoadedPlugin::load(&host, &plugin)?;
-    let measured = measure(&loaded, bounds);
+    let measured = measure(&loaded, bounds).and_then(|times| {
+        let delays = abort_delays(&loaded, bounds)?;
+        Ok((times, delays))
+    });
     loaded.unload()?;
-    let times = measured?;
+    let (times, delays) = measured?;
     println!(
-        "| {width} x {height}, with depth | s | share of the first render |\n| --- | --- | --- |"
+        "{width} x {height}, with depth. CPU s: of all threads, without the host's copies of images\n"
     );
-    let first = times[0].1.as_secs_f64();
+    println!("| render | s | CPU s | share of the first |\n| --- | --- | --- | --- |");
+    let first = times[0].1.cpu.as_secs_f64();
     for (name, time) in times {
-        let seconds = time.as_secs_f64();
-        println!(
-            "| {name} | {seconds:.3} | {:.1} % |",
-            100.0 * seconds / first
-        );
+        let (elapsed, cpu) = (time.elapsed.as_secs_f64(), time.cpu.as_secs_f64());
+        let share = 100.0 * cpu / first;
+        println!("| {name} | {elapsed:.3} | {cpu:.3} | {share:.1} % |");
+    }
+    println!(
+        "\n| output, aborted at {MOMENTS} moments | longest wait for the end, s |\n| --- | --- |"
+    );
+    for (name, longest) in delays {
+        println!("| {name} | {:.3} |", longest.as_secs_f64());
     }
     Ok(())
 }
@@ -70,13 +81,13 @@ fn scene(bounds: Rect) -> Scene {
         .connect("Mask", Input::still(mask))
 }
 
-fn measure(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Duration)>> {
+fn measure(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, RenderTime)>> {
     let scene = scene(bounds);
     let context = loaded.context(&scene)?;
     let set = |instance: &Instance, name: &str, value: f64| {
         instance.edit(name, &ParameterValue::Doubles(vec![value]))
     };
-    let mut all: Vec<(&'static str, Vec<Duration>)> = Vec::new();
+    let mut all: Vec<(&'static str, Vec<RenderTime>)> = Vec::new();
     let mut note = |name, time| match all.iter_mut().find(|(other, _)| *other == name) {
         Some((_, times)) => times.push(time),
         None => all.push((name, vec![time])),
@@ -86,7 +97,7 @@ fn measure(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Dur
         let timed = |request: &RenderRequest| {
             let frame = instance.render(request)?;
             match frame.status {
-                0 => Ok(frame.elapsed),
+                0 => Ok(frame.time),
                 status => Err(format!("render: status {status}: {:?}", frame.message)),
             }
         };
@@ -107,22 +118,47 @@ fn measure(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Dur
         note("another focus", timed(&whole)?);
         instance.act(c"OfxActionPurgeCaches");
         note("proxy at half size, first render", timed(&half)?);
-        instance.act(c"OfxActionPurgeCaches");
-        // The host asks at the second query, so that the render is under way.
-        loaded.host.abort_after(Some(1));
-        note(
-            "aborted at the second query",
-            instance.render(&whole)?.elapsed,
-        );
-        loaded.host.abort_after(None);
         instance.destroy()?;
     }
-    let median = |mut times: Vec<Duration>| {
-        times.sort();
+    let median = |mut times: Vec<RenderTime>| {
+        times.sort_by_key(|time| (time.cpu, time.elapsed));
         times[times.len() / 2]
     };
     Ok(all
         .into_iter()
         .map(|(name, times)| (name, median(times)))
         .collect())
+}
+
+/// Returns, for some outputs, the longest time from the moment when the host begins to abort until the action ends.
+fn abort_delays(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Duration)>> {
+    let scene = scene(bounds);
+    let context = loaded.context(&scene)?;
+    let instance = Instance::new(loaded, &context, &scene)?;
+    instance.edit("focus", &ParameterValue::Ints(vec![1]))?;
+    let mut all = Vec::new();
+    for (name, index) in [
+        ("Result", 0),
+        ("Focal Plane Setup", 1),
+        ("PSF Grid", 4),
+        ("CoC Map", 5),
+    ] {
+        instance.edit("output", &ParameterValue::Ints(vec![index]))?;
+        instance.act(c"OfxActionPurgeCaches");
+        let whole = instance.render(&RenderRequest::default())?.time.elapsed;
+        let mut longest = Duration::ZERO;
+        for moment in 0..MOMENTS {
+            instance.act(c"OfxActionPurgeCaches");
+            let after = whole * moment / MOMENTS;
+            let request = RenderRequest {
+                abort_after: Some(after),
+                ..RenderRequest::default()
+            };
+            let time = instance.render(&request)?.time;
+            longest = longest.max(time.elapsed.saturating_sub(after));
+        }
+        all.push((name, longest));
+    }
+    instance.destroy()?;
+    Ok(all)
 }

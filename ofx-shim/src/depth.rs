@@ -7,7 +7,7 @@ use seidel_core::{DepthConvention, Rectangle};
 use crate::geometry::PixelMap;
 use crate::host::{Failure, Image, Result, Samples};
 use crate::knobs::{Knobs, depth, focus};
-use crate::plate_image::{PlateImage, collect_samples};
+use crate::plate_image::{PlateImage, collect_rows};
 
 /// Meaning of depth samples, apart from their sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,12 +172,14 @@ fn depth_sample(
         return sample(0);
     }
     if choice == depth::LUMINANCE {
-        let terms = LUMINANCE_WEIGHTS.iter().enumerate();
-        return terms
-            .map(|(channel, weight)| Some(weight * sample(channel)?))
-            .sum();
+        return Some(luminance([sample(0)?, sample(1)?, sample(2)?]));
     }
     sample(choice as usize)
+}
+
+fn luminance(colour: [f32; 3]) -> f32 {
+    let terms = LUMINANCE_WEIGHTS.iter().zip(colour);
+    terms.map(|(weight, sample)| weight * sample).sum()
 }
 
 /// Returns the depth sample of pixel (`x`, `y`) of the host, y up, as encoded; `None` outside the image.
@@ -246,8 +248,52 @@ impl<'h> InputChannel<'h> {
     /// # Errors
     /// Not enough memory.
     pub(crate) fn samples(&self, rectangle: Rectangle) -> Result<Vec<f32>> {
-        let reader = self.reader();
-        collect_samples(rectangle, 1, |pixel, _| reader(pixel))
+        let mut reader = self.row_reader();
+        collect_rows(rectangle, 1, |pixel, row| reader(pixel, row))
+    }
+
+    /// Returns a function that reads the converted samples of a plate pixel and of those to its right.
+    pub(crate) fn row_reader(&self) -> impl FnMut((i32, i32), &mut [f32]) {
+        let view = PlateImage::new(&self.image, self.map);
+        let nearest = self.reader();
+        let mut other = [Vec::new(), Vec::new()];
+        move |pixel, row| {
+            let columns = view.map_or(0..0, |view| view.rectangle().columns());
+            let count = row.len() as i32;
+            let start = (columns.start - pixel.0).clamp(0, count) as usize;
+            let end = (columns.end - pixel.0).clamp(0, count) as usize;
+            let Some(view) = view.filter(|_| start < end) else {
+                // Beside the image, where all pixels have the same nearest one.
+                row.fill(nearest(pixel));
+                return;
+            };
+            let first = view.nearest((pixel.0 + start as i32, pixel.1));
+            let own = &mut row[start..end];
+            if view.channels() > 1 && self.channel == depth::LUMINANCE {
+                view.read_channel(first, 0, own);
+                for (channel, values) in other.iter_mut().enumerate() {
+                    values.resize(own.len(), 0.0);
+                    view.read_channel(first, channel + 1, values);
+                }
+                let [green, blue] = &other;
+                for ((red, green), blue) in own.iter_mut().zip(green).zip(blue) {
+                    *red = luminance([*red, *green, *blue]);
+                }
+            } else {
+                let is_single = view.channels() == 1;
+                view.read_channel(
+                    first,
+                    if is_single { 0 } else { self.channel as usize },
+                    own,
+                );
+            }
+            if let Some(conversion) = self.conversion {
+                (own.iter_mut()).for_each(|sample| *sample = conversion.apply(*sample));
+            }
+            let (left, right) = (row[start], row[end - 1]);
+            row[..start].fill(left);
+            row[end..].fill(right);
+        }
     }
 }
 

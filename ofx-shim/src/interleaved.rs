@@ -1,4 +1,4 @@
-//! Interleaved images of the plugin's own, for colour conversion.
+//! Interleaved images of the plugin's own, in which a result is complete before the host's image changes.
 
 use std::panic::resume_unwind;
 use std::thread;
@@ -6,7 +6,7 @@ use std::thread;
 use seidel_core::Rectangle;
 
 use crate::host::Result;
-use crate::plate_image::{PlateImage, collect_samples, pixels_of};
+use crate::plate_image::{PlateImage, collect_rows};
 
 /// An image of interleaved samples.
 pub(crate) struct Interleaved {
@@ -16,17 +16,17 @@ pub(crate) struct Interleaved {
 }
 
 impl Interleaved {
-    /// Creates an image over `rectangle` whose samples are given by `sample`.
+    /// Creates an image over `rectangle`, each row as `read` fills it from its first pixel on.
     ///
     /// # Errors
     /// Not enough memory.
     pub(crate) fn new(
         rectangle: Rectangle,
         channels: usize,
-        sample: impl Fn((i32, i32), usize) -> f32,
+        read: impl FnMut((i32, i32), &mut [f32]),
     ) -> Result<Self> {
         Ok(Self {
-            samples: collect_samples(rectangle, channels, sample)?,
+            samples: collect_rows(rectangle, channels, read)?,
             rectangle,
             channels,
         })
@@ -37,8 +37,9 @@ impl Interleaved {
     /// # Errors
     /// Not enough memory.
     pub(crate) fn copy_of(image: &PlateImage) -> Result<Self> {
-        let sample = |pixel, channel| image.get(pixel, channel).unwrap_or(0.0);
-        Self::new(image.rectangle(), image.channels(), sample)
+        Self::new(image.rectangle(), image.channels(), |pixel, row| {
+            image.read_pixels(pixel, row);
+        })
     }
 
     /// Number of channels.
@@ -46,23 +47,45 @@ impl Interleaved {
         self.channels
     }
 
-    /// Returns a sample, or `None` outside the image. The channel must exist.
-    pub(crate) fn get(&self, pixel: (i32, i32), channel: usize) -> Option<f32> {
+    /// Reads a channel of `pixel` and of those to its right, one a value; 0 outside the image. The channel must exist.
+    pub(crate) fn read_channel(&self, pixel: (i32, i32), channel: usize, values: &mut [f32]) {
+        let Rectangle { x, y, width, .. } = self.rectangle;
+        values.fill(0.0);
+        if !self.rectangle.rows().contains(&pixel.1) {
+            return;
+        }
+        let row = (pixel.1 - y) as usize * width;
+        for (column, value) in (pixel.0..).zip(values) {
+            if self.rectangle.columns().contains(&column) {
+                *value = self.samples[(row + (column - x) as usize) * self.channels + channel];
+            }
+        }
+    }
+
+    /// Returns the rows with the first pixel of each.
+    pub(crate) fn rows_mut(&mut self) -> impl Iterator<Item = ((i32, i32), &mut [f32])> {
+        let length = (self.rectangle.width * self.channels).max(1);
+        let x = self.rectangle.x;
+        let firsts = self.rectangle.rows().map(move |y| (x, y));
+        firsts.zip(self.samples.chunks_exact_mut(length))
+    }
+
+    /// Returns the samples of a pixel, or `None` outside the image.
+    pub(crate) fn pixel_mut(&mut self, (x, y): (i32, i32)) -> Option<&mut [f32]> {
         let rectangle = self.rectangle;
-        rectangle.contains(pixel.0, pixel.1).then(|| {
-            let row = (pixel.1 - rectangle.y) as usize;
-            let column = (pixel.0 - rectangle.x) as usize;
-            self.samples[(row * rectangle.width + column) * self.channels + channel]
+        rectangle.contains(x, y).then(|| {
+            let row = (y - rectangle.y) as usize * rectangle.width;
+            let first = (row + (x - rectangle.x) as usize) * self.channels;
+            &mut self.samples[first..first + self.channels]
         })
     }
 
     /// Writes the image to `target`, which has as many channels.
     pub(crate) fn write_to(&self, target: &PlateImage) {
-        let pixels = pixels_of(self.rectangle).zip(self.samples.chunks_exact(self.channels));
-        for (pixel, samples) in pixels {
-            for (channel, sample) in samples.iter().enumerate() {
-                target.set(pixel, channel, *sample);
-            }
+        let length = (self.rectangle.width * self.channels).max(1);
+        let rows = self.samples.chunks_exact(length);
+        for (y, row) in self.rectangle.rows().zip(rows) {
+            target.write_pixels((self.rectangle.x, y), row);
         }
     }
 

@@ -45,10 +45,58 @@ impl<'a> PlateImage<'a> {
         self.samples.get(x, y, channel)
     }
 
-    /// Sets a sample of an output; does nothing outside the image and its channels.
-    pub(crate) fn set(&self, pixel: (i32, i32), channel: usize, value: f32) {
-        let (x, y) = self.map.frame_pixel(pixel.0, pixel.1);
-        self.samples.set(x, y, channel, value);
+    /// Reads a channel of `pixel` and of those to its right, one a value; 0 where the image has no pixel.
+    pub(crate) fn read_channel(&self, pixel: (i32, i32), channel: usize, values: &mut [f32]) {
+        let Some(part) = self.shared(pixel, values.len()) else {
+            values.fill(0.0);
+            return;
+        };
+        values[..part.skipped].fill(0.0);
+        values[part.skipped + part.count..].fill(0.0);
+        let values = &mut values[part.skipped..part.skipped + part.count];
+        self.samples.read_channel(part.x, part.y, channel, values);
+    }
+
+    /// Reads all channels of `pixel` and of those to its right, interleaved; 0 where the image has no pixel.
+    pub(crate) fn read_pixels(&self, pixel: (i32, i32), values: &mut [f32]) {
+        let channels = self.channels();
+        let Some(part) = self.shared(pixel, values.len() / channels) else {
+            values.fill(0.0);
+            return;
+        };
+        let (start, end) = (part.skipped, part.skipped + part.count);
+        values[..start * channels].fill(0.0);
+        values[end * channels..].fill(0.0);
+        let values = &mut values[start * channels..end * channels];
+        self.samples.read_pixels(part.x, part.y, values);
+    }
+
+    /// Writes all channels of `pixel` of an output and of those to its right, interleaved, where the image has pixels.
+    pub(crate) fn write_pixels(&self, pixel: (i32, i32), values: &[f32]) {
+        let channels = self.channels();
+        if let Some(part) = self.shared(pixel, values.len() / channels) {
+            let (start, end) = (part.skipped, part.skipped + part.count);
+            let values = &values[start * channels..end * channels];
+            self.samples.write_pixels(part.x, part.y, values);
+        }
+    }
+
+    /// Returns the part of `count` pixels from `pixel` on in its row that the image has.
+    fn shared(&self, pixel: (i32, i32), count: usize) -> Option<RowPart> {
+        let row = Rectangle {
+            x: pixel.0,
+            y: pixel.1,
+            width: count,
+            height: 1,
+        };
+        let shared = self.rectangle.intersection(&row)?;
+        let (x, y) = self.map.frame_pixel(shared.x, shared.y);
+        Some(RowPart {
+            skipped: (shared.x - pixel.0) as usize,
+            count: shared.width,
+            x,
+            y,
+        })
     }
 
     /// Returns the pixel of the image that is nearest to `pixel`.
@@ -60,50 +108,53 @@ impl<'a> PlateImage<'a> {
         )
     }
 
-    /// Returns the pixels of the image that lie in `rectangle`, row by row.
-    pub(crate) fn pixels_in(
-        &self,
-        rectangle: Rectangle,
-    ) -> impl Iterator<Item = (i32, i32)> + use<> {
-        let shared = self.rectangle.intersection(&rectangle);
-        shared.into_iter().flat_map(pixels_of)
-    }
-
-    /// Copies the pixels of `from` over `rectangle`; zero where it has none.
+    /// Copies the pixels of `from`, which has as many channels, over `rectangle`; zero where it has none.
     pub(crate) fn copy(&self, from: &Self, rectangle: Rectangle) {
-        for pixel in self.pixels_in(rectangle) {
-            for channel in 0..self.channels() {
-                self.set(pixel, channel, from.get(pixel, channel).unwrap_or(0.0));
-            }
+        let mut row = vec![0.0; rectangle.width * self.channels()];
+        for y in rectangle.rows() {
+            from.read_pixels((rectangle.x, y), &mut row);
+            self.write_pixels((rectangle.x, y), &row);
         }
     }
 
     /// Sets the pixels of `rectangle` that do not lie in `spared` to zero.
     pub(crate) fn clear_outside(&self, spared: Rectangle, rectangle: Rectangle) {
-        for pixel in self.pixels_in(rectangle) {
-            if !spared.contains(pixel.0, pixel.1) {
-                for channel in 0..self.channels() {
-                    self.set(pixel, channel, 0.0);
-                }
+        let zeros = vec![0.0; rectangle.width * self.channels()];
+        let columns = rectangle.columns();
+        for y in rectangle.rows() {
+            let clear = |from: i32, to: i32| {
+                let count = (to - from).max(0) as usize * self.channels();
+                self.write_pixels((from, y), &zeros[..count]);
+            };
+            if spared.rows().contains(&y) {
+                clear(columns.start, columns.end.min(spared.columns().start));
+                clear(columns.start.max(spared.columns().end), columns.end);
+            } else {
+                clear(columns.start, columns.end);
             }
         }
     }
 }
 
-/// Returns the pixels of `rectangle`, row by row.
-pub(crate) fn pixels_of(rectangle: Rectangle) -> impl Iterator<Item = (i32, i32)> {
-    let pixels_of_row = move |y| rectangle.columns().map(move |x| (x, y));
-    rectangle.rows().flat_map(pixels_of_row)
+/// Pixels side by side that an image has.
+struct RowPart {
+    /// Number of pixels asked for to the left of them.
+    skipped: usize,
+    count: usize,
+    /// The first of them, as the host counts.
+    x: i32,
+    y: i32,
 }
 
-/// Returns a value for each pixel of `rectangle` and each of its `channels`, interleaved, row by row.
+/// Returns the samples of the pixels of `rectangle`, which has so many `channels`, interleaved: each row as `read` fills it, from its
+/// first pixel on. It is zero before.
 ///
 /// # Errors
 /// Not enough memory.
-pub(crate) fn collect_samples(
+pub(crate) fn collect_rows(
     rectangle: Rectangle,
     channels: usize,
-    sample: impl Fn((i32, i32), usize) -> f32,
+    mut read: impl FnMut((i32, i32), &mut [f32]),
 ) -> Result<Vec<f32>> {
     let count = rectangle.pixel_count() * channels;
     let mut samples = Vec::new();
@@ -112,8 +163,12 @@ pub(crate) fn collect_samples(
             "Not enough memory for {count} samples; render at a lower resolution."
         ))
     })?;
-    for pixel in pixels_of(rectangle) {
-        samples.extend((0..channels).map(|channel| sample(pixel, channel)));
+    samples.resize(count, 0.0);
+    if count > 0 {
+        let rows = samples.chunks_exact_mut(rectangle.width * channels);
+        for (y, row) in rectangle.rows().zip(rows) {
+            read((rectangle.x, y), row);
+        }
     }
     Ok(samples)
 }

@@ -54,7 +54,7 @@ pub unsafe extern "C" fn seidel_apply(
 
 fn blur(plate: &PreparedPlate, window: RenderWindow, progress: &Progress) -> Result<Image> {
     let planes = plate.apply_window(window, progress)?;
-    Ok(plate.to_image_of_size(window.width, window.height, planes)?)
+    Ok(plate.to_image_of_window(window, planes)?)
 }
 
 /// Returns the window of the data window that the outputs cover.

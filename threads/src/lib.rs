@@ -19,7 +19,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Time that a cancelled call waits for its work to end before it leaves the work to itself. With one interval it stays below
 /// the 100 ms that the header of the C ABI promises.
-const GRACE_PERIOD: Duration = Duration::from_millis(40);
+const GRACE_PERIOD: Duration = Duration::from_millis(20);
 
 /// Largest number of threads of a pool.
 const MAX_THREADS: usize = 1024;

@@ -31,7 +31,11 @@ pub(super) fn update(effect: &Effect, time: f64) {
     };
     let has_pupil = has_look && looked_at.is_none_or(|l| l.predictor().has_rays());
     let blooms = has_look && knobs.number(&look::BLOOM) > 0.0;
-    let states: [(&Knob, bool); 41] = [
+    let states: [(&Knob, bool); 42] = [
+        (
+            &output::CHANNELS,
+            knobs.choice(&output::OUTPUT) == output::RESULT,
+        ),
         (&look::BLADES, has_pupil),
         (&look::ROUNDNESS, has_pupil && has_blades),
         (&look::ROTATION, has_pupil && has_blades),

@@ -9,12 +9,14 @@ use super::{Answer, persistent_message};
 use crate::clips::MASK;
 use crate::geometry::{PixelMap, intersection};
 use crate::host::{Call, Failure, Image, Result};
+use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, focus, lens, output};
 use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
-    FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, aperture_picture,
-    draw_psf_grid, field, image_of_input, in_host_pixels, render_window, tint_by_focus,
+    FocusRange, Frame, Inputs, MixedChannels, Mixing, Outcome, RenderJob, Source, Task,
+    aperture_picture, draw_psf_grid, field, image_of_input, in_host_pixels, render_window,
+    tint_by_focus,
 };
 use crate::settings::{
     HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look_with, settings,
@@ -99,7 +101,7 @@ struct Render<'a, 'h> {
 
 impl Render<'_, '_> {
     fn run(&self) -> Result<Outcome> {
-        let (knobs, frame) = (self.knobs, self.frame);
+        let (knobs, frame, effect) = (self.knobs, self.frame, &self.call.effect);
         if is_identity(knobs) {
             self.result.copy(&self.original, frame.window);
             return Ok(Outcome::DONE);
@@ -114,10 +116,10 @@ impl Render<'_, '_> {
         if output == output::FOCAL_PLANE {
             let focus = focus_vergence_per_m(knobs, &profile)?;
             let range = FocusRange::new(focus, knobs.number(&focus::DEPTH_OF_FIELD));
-            let vergence = inputs.vergence_per_m(knobs);
-            self.result.clear_outside(window, frame.window);
-            tint_by_focus(&self.result, &self.original, window, range, vergence);
-            return Ok(Outcome::DONE);
+            let vergences = inputs.vergences_per_m(knobs);
+            let (result, source) = (&self.result, &self.original);
+            let outcome = tint_by_focus(effect, result, source, window, range, vergences)?;
+            return Ok(self.clear_beside(window, outcome));
         }
         let session = self.session(&profile)?;
         if output == output::PSF_GRID {
@@ -126,19 +128,22 @@ impl Render<'_, '_> {
                 geometry: plate_geometry(knobs, frame.scale, frame.format, frame.format),
             };
             let vergence = inputs.vergence_per_m(knobs);
-            let outcome = draw_psf_grid(&self.call.effect, &lens, &self.result, window, vergence)?;
-            if outcome != Outcome::Aborted {
-                self.result.clear_outside(window, frame.window);
-            }
-            return Ok(outcome);
+            let outcome = draw_psf_grid(effect, &lens, &self.result, window, vergence)?;
+            return Ok(self.clear_beside(window, outcome));
         }
         let task = self.task(output)?;
+        if effect.is_aborted() {
+            return Ok(Outcome::Aborted);
+        }
         let encoding = self.source.encoding(self.call, knobs)?;
         let in_host = |failure| in_host_pixels(failure, frame.map, frame.extent);
         let image = self
             .source
             .read(knobs, frame.map, frame.extent, encoding.as_ref())
             .map_err(in_host)?;
+        if effect.is_aborted() {
+            return Ok(Outcome::Aborted);
+        }
         let geometry = plate_geometry(knobs, frame.scale, frame.format, frame.extent);
         let job = RenderJob {
             task,
@@ -150,7 +155,7 @@ impl Render<'_, '_> {
             margins: frame.margins,
             window,
         };
-        let Some(rendered) = job.run(&self.call.effect).map_err(in_host)? else {
+        let Some(rendered) = job.run(effect).map_err(in_host)? else {
             return Ok(Outcome::Aborted);
         };
         let mut image = rendered.image;
@@ -158,14 +163,20 @@ impl Render<'_, '_> {
         if let Some(encoding) = encoding.filter(|_| output == output::RESULT) {
             encoding.encode(&mut image)?;
         }
-        image.write_to(&self.result);
-        self.result.clear_outside(window, frame.window);
         if output == output::RESULT {
-            self.mix(window)?;
+            self.mix(&mut image)?;
         }
-        Ok(Outcome::Done {
-            warnings: rendered.warnings,
-        })
+        image.write_to(&self.result);
+        let warnings = rendered.warnings;
+        Ok(self.clear_beside(window, Outcome::Done { warnings }))
+    }
+
+    /// Sets the pixels to render that do not lie in `window` to zero, unless the render was aborted.
+    fn clear_beside(&self, window: Rectangle, outcome: Outcome) -> Outcome {
+        if outcome != Outcome::Aborted {
+            self.result.clear_outside(window, self.frame.window);
+        }
+        outcome
     }
 
     /// Returns the computation that the parameters ask for.
@@ -220,15 +231,20 @@ impl Render<'_, '_> {
     }
 
     /// Mixes the result with the source.
-    fn mix(&self, window: Rectangle) -> Result<()> {
+    fn mix(&self, result: &mut Interleaved) -> Result<()> {
         let mask = image_of_input(self.call, self.knobs, MASK, &output::USE_MASK)?;
         let mask = mask.as_ref();
         let mixing = Mixing {
             mix: self.knobs.number(&output::MIX) as f32,
             mask: mask.and_then(|image| PlateImage::new(image, self.frame.map)),
             invert_mask: self.knobs.is_on(&output::MASK_INVERT),
+            channels: match self.knobs.choice(&output::CHANNELS) {
+                output::COLOURS => MixedChannels::Colours,
+                output::ALPHA => MixedChannels::Alpha,
+                _ => MixedChannels::All,
+            },
         };
-        mixing.apply(&self.result, &self.original, window);
+        mixing.apply(result, &self.original);
         Ok(())
     }
 }

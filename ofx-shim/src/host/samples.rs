@@ -59,19 +59,71 @@ impl Samples<'_> {
         })
     }
 
-    /// Sets a sample of pixel (`x`, `y`), y up, of an output image; does nothing outside the bounds and channels.
-    pub(crate) fn set(&self, x: i32, y: i32, channel: usize, value: f32) {
-        let Some(at) = self.address(x, y, channel) else {
+    /// Reads a channel of pixel (`x`, `y`) and of those to its right, one a value. All must lie within the bounds.
+    pub(crate) fn read_channel(&self, x: i32, y: i32, channel: usize, values: &mut [f32]) {
+        let Some(first) = self.address_of_row(x, y, channel, values.len()) else {
+            return;
+        };
+        let pixel_bytes = self.pixel_bytes as usize;
+        if self.is_half {
+            for (k, value) in values.iter_mut().enumerate() {
+                let at = first.wrapping_add(k * pixel_bytes).cast::<u16>();
+                // SAFETY: within the row, as `address_of_row` found.
+                *value = f16::from_bits(unsafe { at.read_unaligned() }).to_f32();
+            }
+        } else {
+            for (k, value) in values.iter_mut().enumerate() {
+                let at = first.wrapping_add(k * pixel_bytes).cast::<f32>();
+                // SAFETY: as above.
+                *value = unsafe { at.read_unaligned() };
+            }
+        }
+    }
+
+    /// Reads all channels of pixel (`x`, `y`) and of those to its right, interleaved. All must lie within the bounds.
+    pub(crate) fn read_pixels(&self, x: i32, y: i32, values: &mut [f32]) {
+        let Some(first) = self.address_of_row(x, y, 0, values.len() / self.channels) else {
             return;
         };
         if self.is_half {
-            let bits = f16::from_f32(value).to_bits();
-            // SAFETY: within the image, which the host lends for writing until it is released.
-            unsafe { at.cast::<u16>().write_unaligned(bits) };
+            for (k, value) in values.iter_mut().enumerate() {
+                let at = first.wrapping_add(2 * k).cast::<u16>();
+                // SAFETY: within the row, as `address_of_row` found; its samples have no gaps.
+                *value = f16::from_bits(unsafe { at.read_unaligned() }).to_f32();
+            }
         } else {
-            // SAFETY: as above.
-            unsafe { at.cast::<f32>().write_unaligned(value) };
+            // SAFETY: as above, and the values do not lie in the host's image.
+            unsafe {
+                first.copy_to_nonoverlapping(values.as_mut_ptr().cast(), size_of_val(values));
+            }
         }
+    }
+
+    /// Writes all channels of pixel (`x`, `y`) of an output image and of those to its right, interleaved. All must lie within the
+    /// bounds.
+    pub(crate) fn write_pixels(&self, x: i32, y: i32, values: &[f32]) {
+        let Some(first) = self.address_of_row(x, y, 0, values.len() / self.channels) else {
+            return;
+        };
+        if self.is_half {
+            for (k, value) in values.iter().enumerate() {
+                let at = first.wrapping_add(2 * k).cast::<u16>();
+                // SAFETY: within the row of an image that the host lends for writing until it is released.
+                unsafe { at.write_unaligned(f16::from_f32(*value).to_bits()) };
+            }
+        } else {
+            // SAFETY: as above, and the values do not lie in the host's image.
+            unsafe {
+                first.copy_from_nonoverlapping(values.as_ptr().cast(), size_of_val(values));
+            }
+        }
+    }
+
+    /// Returns the address of a sample with `count` pixels from its own on in its row, or `None` if the row has fewer.
+    fn address_of_row(&self, x: i32, y: i32, channel: usize, count: usize) -> Option<*mut u8> {
+        let last = x.checked_add(i32::try_from(count).ok()?.checked_sub(1)?)?;
+        self.address(last, y, channel)?;
+        self.address(x, y, channel)
     }
 
     fn address(&self, x: i32, y: i32, channel: usize) -> Option<*mut u8> {
@@ -136,13 +188,23 @@ mod tests {
         assert_eq!(samples.get(-1, 5, 1), Some(2.0));
         assert_eq!(samples.get(-1, 6, 0), Some(3.0));
         assert_eq!(samples.upside_down().get(-1, 6, 0), Some(1.0));
+        let read = |samples: Samples, x, count| {
+            let mut values = vec![9.0; count];
+            samples.read_pixels(x, 6, &mut values);
+            values
+        };
+        assert_eq!(read(samples, -1, 2), [3.0, 4.0]);
+        assert_eq!(read(samples.upside_down(), -1, 2), [1.0, 2.0]);
+        // Rows that the image has not wholly are left alone.
+        assert_eq!(read(samples, -1, 4), [9.0; 4]);
+        assert_eq!(read(samples, 0, 2), [9.0; 2]);
         let outside = [(0, 5, 0), (-1, 4, 0), (-1, 7, 0), (-1, 5, 2)];
         for (x, y, channel) in outside {
             assert_eq!(samples.get(x, y, channel), None);
-            samples.set(x, y, channel, 9.0);
         }
-        samples.set(-1, 6, 1, 8.0);
-        assert_eq!(values, [1.0, 2.0, 3.0, 8.0]);
+        samples.write_pixels(-1, 6, &[7.0, 8.0]);
+        samples.write_pixels(-1, 5, &[9.0; 4]);
+        assert_eq!(values, [1.0, 2.0, 7.0, 8.0]);
     }
 
     #[test]
@@ -163,7 +225,11 @@ mod tests {
             image: PhantomData,
         };
         assert_eq!(samples.get(0, 0, 1), Some(2.0));
-        samples.set(0, 0, 0, 0.25);
-        assert_eq!(bits[0], f16::from_f32(0.25).to_bits());
+        let mut pixel = [0.0; 2];
+        samples.write_pixels(0, 0, &[0.5, 4.0]);
+        samples.read_pixels(0, 0, &mut pixel);
+        assert_eq!(pixel, [0.5, 4.0]);
+        samples.read_channel(0, 0, 1, &mut pixel[..1]);
+        assert_eq!(pixel[0], 4.0);
     }
 }

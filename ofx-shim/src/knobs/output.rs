@@ -32,6 +32,23 @@ pub(crate) static OUTPUT: Knob = Knob {
     },
 };
 
+/// Channels: colours and alpha.
+pub(crate) const ALL_CHANNELS: i32 = 0;
+/// Channels: the colours alone.
+pub(crate) const COLOURS: i32 = 1;
+/// Channels: alpha alone.
+pub(crate) const ALPHA: i32 = 2;
+
+pub(crate) static CHANNELS: Knob = Knob {
+    name: c"channels",
+    label: c"Channels",
+    hint: c"Channels that Result has; the others stay those of the source. A source of alpha alone follows RGBA and Alpha.",
+    kind: Kind::Choice {
+        default: ALL_CHANNELS,
+        options: &[c"RGBA", c"RGB", c"Alpha"],
+    },
+};
+
 pub(crate) static USE_MASK: Knob = Knob {
     name: c"useMask",
     label: c"Use Mask",
@@ -69,5 +86,12 @@ pub(crate) static GROUP: Group = Group {
     name: c"outputGroup",
     label: c"Output",
     open: true,
-    knobs: &[&OUTPUT, &USE_MASK, &MASK_INVERT, &MIX, &SHOW_LENS],
+    knobs: &[
+        &OUTPUT,
+        &CHANNELS,
+        &USE_MASK,
+        &MASK_INVERT,
+        &MIX,
+        &SHOW_LENS,
+    ],
 };

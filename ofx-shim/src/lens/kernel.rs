@@ -5,7 +5,7 @@ use std::sync::Arc;
 use seidel_core::render::LocalKernel;
 use seidel_core::{LensSession, ObjectDistance, PlateGeometry, Rectangle};
 
-use crate::host::Result;
+use crate::host::{Effect, Result};
 use crate::threads;
 
 /// Columns of the grid of points that are drawn over a frame.
@@ -33,6 +33,15 @@ pub(crate) struct KernelSource {
     pub(crate) geometry: PlateGeometry,
 }
 
+/// A kernel that is wanted.
+pub(crate) struct KernelRequest {
+    /// Index of the lens channel.
+    pub(crate) channel: usize,
+    /// Frame pixels from the top left corner.
+    pub(crate) at: (f64, f64),
+    pub(crate) distance_m: f64,
+}
+
 impl KernelSource {
     /// Returns the index of the lens channel `name`, or else that of green, or else 0.
     pub(crate) fn channel_index(&self, name: &str) -> usize {
@@ -52,12 +61,47 @@ impl KernelSource {
         at: (f64, f64),
         distance_m: f64,
     ) -> Result<LocalKernel> {
-        let distance = if self.session.lens().predictor().depends_on_depth() {
-            ObjectDistance::metres(distance_m)?
-        } else {
-            ObjectDistance::Unknown
+        let request = KernelRequest {
+            channel,
+            at,
+            distance_m,
         };
         let (session, geometry) = (Arc::clone(&self.session), self.geometry);
-        threads::run_on_one(move || session.kernel_at(&geometry, channel, at, distance))
+        threads::run_on_one(move || draw(&session, &geometry, &request))
     }
+
+    /// Returns the kernels that `requests` name, or `None` if the host of `effect` aborts.
+    ///
+    /// # Errors
+    /// Those of [`LensSession::kernel_at`].
+    pub(crate) fn kernels(
+        &self,
+        effect: &Effect,
+        requests: Vec<KernelRequest>,
+    ) -> Result<Option<Vec<LocalKernel>>> {
+        let (session, geometry) = (Arc::clone(&self.session), self.geometry);
+        threads::run(effect, move |progress| {
+            let mut kernels = Vec::with_capacity(requests.len());
+            for request in &requests {
+                if !progress(kernels.len() as f64 / requests.len() as f64) {
+                    return Err(seidel_core::Error::cancelled("PSF grid"));
+                }
+                kernels.push(draw(&session, &geometry, request)?);
+            }
+            Ok(kernels)
+        })
+    }
+}
+
+fn draw(
+    session: &LensSession,
+    geometry: &PlateGeometry,
+    request: &KernelRequest,
+) -> seidel_core::Result<LocalKernel> {
+    let distance = if session.lens().predictor().depends_on_depth() {
+        ObjectDistance::metres(request.distance_m)?
+    } else {
+        ObjectDistance::Unknown
+    };
+    session.kernel_at(geometry, request.channel, request.at, distance)
 }

@@ -7,4 +7,4 @@ mod kernel;
 
 pub(crate) use cache::{LensOrigin, clear, load};
 pub(crate) use folder::names as folder_names;
-pub(crate) use kernel::{KernelSource, grid_points};
+pub(crate) use kernel::{KernelRequest, KernelSource, grid_points};

@@ -2,6 +2,9 @@
 
 use seidel_core::Rectangle;
 
+use super::task::Outcome;
+use crate::host::{Effect, Result};
+use crate::interleaved::Interleaved;
 use crate::plate_image::PlateImage;
 
 /// The range in focus, as vergences in 1/m.
@@ -54,25 +57,43 @@ impl FocusRange {
 /// Weight of the tint against the source.
 const TINT_WEIGHT: f32 = 0.5;
 
-/// Sets `result` in `rectangle` to `source`, tinted by the focus `range` and the vergence of each pixel, in 1/m.
+/// Rows between two questions to the host whether to go on.
+const ROWS_PER_QUERY: i32 = 32;
+
+/// Sets `result` in `rectangle` to `source`, tinted by the focus `range` and the vergences in 1/m, which `vergences_per_m` reads for a
+/// pixel and those to its right.
+///
+/// # Errors
+/// Not enough memory.
 pub(crate) fn tint_by_focus(
+    effect: &Effect,
     result: &PlateImage,
     source: &PlateImage,
     rectangle: Rectangle,
     range: FocusRange,
-    vergence_per_m: impl Fn((i32, i32)) -> f64,
-) {
-    for pixel in result.pixels_in(rectangle) {
-        let tint = range.tint(vergence_per_m(pixel));
-        for channel in 0..result.channels() {
-            let before = source.get(pixel, channel).unwrap_or(0.0);
-            let after = match tint.get(channel) {
-                Some(tint) => before * (1.0 - TINT_WEIGHT) + tint * TINT_WEIGHT,
-                None => before,
-            };
-            result.set(pixel, channel, after);
+    mut vergences_per_m: impl FnMut((i32, i32), &mut [f64]),
+) -> Result<Outcome> {
+    let channels = result.channels();
+    let mut vergences = vec![0.0; rectangle.width];
+    let mut is_aborted = false;
+    let tinted = Interleaved::new(rectangle, channels, |first, row| {
+        is_aborted |= (first.1 - rectangle.y) % ROWS_PER_QUERY == 0 && effect.is_aborted();
+        if is_aborted {
+            return;
         }
+        source.read_pixels(first, row);
+        vergences_per_m(first, &mut vergences);
+        for (pixel, vergence) in row.chunks_exact_mut(channels).zip(&vergences) {
+            for (sample, tint) in pixel.iter_mut().zip(range.tint(*vergence)) {
+                *sample = *sample * (1.0 - TINT_WEIGHT) + tint * TINT_WEIGHT;
+            }
+        }
+    })?;
+    if is_aborted {
+        return Ok(Outcome::Aborted);
     }
+    tinted.write_to(result);
+    Ok(Outcome::DONE)
 }
 
 #[cfg(test)]

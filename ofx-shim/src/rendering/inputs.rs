@@ -141,6 +141,23 @@ impl<'h> Inputs<'h> {
         }))
     }
 
+    /// Returns a function that reads the vergences, 1/m, of a plate pixel and of those to its right.
+    pub(crate) fn vergences_per_m(&self, knobs: &Knobs) -> impl FnMut((i32, i32), &mut [f64]) {
+        let constant = 1.0 / knobs.number(&depth::DISTANCE);
+        let mut reader = self.depth.as_ref().map(InputChannel::row_reader);
+        let mut samples = Vec::new();
+        move |pixel, row: &mut [f64]| match &mut reader {
+            None => row.fill(constant),
+            Some(read) => {
+                samples.resize(row.len(), 0.0);
+                read(pixel, &mut samples);
+                for (vergence, sample) in row.iter_mut().zip(&samples) {
+                    *vergence = self.encoding.vergence_per_m(*sample);
+                }
+            }
+        }
+    }
+
     /// Returns a function that returns the vergence of a plate pixel, 1/m.
     pub(crate) fn vergence_per_m(&self, knobs: &Knobs) -> impl Fn((i32, i32)) -> f64 {
         let constant = 1.0 / knobs.number(&depth::DISTANCE);

@@ -19,7 +19,7 @@ pub(crate) use focal_point::focus_on_point;
 pub(crate) use frame::{Frame, field, project_region, render_window};
 pub(crate) use host_pixels::in_host_pixels;
 pub(crate) use inputs::{Inputs, image_of_input};
-pub(crate) use mixing::Mixing;
+pub(crate) use mixing::{MixedChannels, Mixing};
 pub(crate) use psf_grid::draw_psf_grid;
 pub(crate) use results::forget_results;
 pub(crate) use source::Source;

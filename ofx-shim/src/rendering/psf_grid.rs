@@ -4,7 +4,8 @@ use seidel_core::Rectangle;
 
 use super::task::Outcome;
 use crate::host::{Effect, Result};
-use crate::lens::{KernelSource, grid_points};
+use crate::interleaved::Interleaved;
+use crate::lens::{KernelRequest, KernelSource, grid_points};
 use crate::plate_image::PlateImage;
 
 /// Names of the colour channels of an image.
@@ -14,7 +15,7 @@ const COLOURS: [&str; 3] = ["R", "G", "B"];
 /// a pixel, in 1/m.
 ///
 /// # Errors
-/// Those of [`KernelSource::kernel`].
+/// Those of [`KernelSource::kernels`]; not enough memory.
 pub(crate) fn draw_psf_grid(
     effect: &Effect,
     lens: &KernelSource,
@@ -22,31 +23,30 @@ pub(crate) fn draw_psf_grid(
     window: Rectangle,
     vergence_per_m: impl Fn((i32, i32)) -> f64,
 ) -> Result<Outcome> {
-    let colours = COLOURS.len().min(result.channels());
-    // All kernels before the first pixel, so that an aborted render leaves the picture as it was.
-    let mut points = Vec::new();
-    for (x, y) in grid_points(lens.geometry.display) {
-        let pixel = (x.floor() as i32, y.floor() as i32);
+    let channels = result.channels();
+    let colours = COLOURS.len().min(channels);
+    let (mut pixels, mut requests) = (Vec::new(), Vec::new());
+    for at in grid_points(lens.geometry.display) {
+        let pixel = (at.0.floor() as i32, at.1.floor() as i32);
         let vergence = vergence_per_m(pixel);
         if !(vergence.is_finite() && vergence >= 0.0) {
             continue;
         }
-        if effect.is_aborted() {
-            return Ok(Outcome::Aborted);
-        }
-        let kernel = |colour: &&str| {
-            let channel = lens.channel_index(colour);
-            lens.kernel(channel, (x, y), 1.0 / vergence)
-        };
-        let kernels = COLOURS[..colours].iter().map(kernel);
-        points.push((pixel, kernels.collect::<Result<Vec<_>>>()?));
+        pixels.push(pixel);
+        requests.extend(COLOURS[..colours].iter().map(|colour| KernelRequest {
+            channel: lens.channel_index(colour),
+            at,
+            distance_m: 1.0 / vergence,
+        }));
     }
-    for pixel in result.pixels_in(window) {
-        for channel in 0..result.channels() {
-            result.set(pixel, channel, if channel == 3 { 1.0 } else { 0.0 });
-        }
-    }
-    for (pixel, kernels) in points {
+    let Some(kernels) = lens.kernels(effect, requests)? else {
+        return Ok(Outcome::Aborted);
+    };
+    let mut grid = Interleaved::new(window, channels, |_, row| {
+        // Opaque where there is alpha.
+        (row.iter_mut().skip(3).step_by(4)).for_each(|alpha| *alpha = (channels == 4).into());
+    })?;
+    for (pixel, kernels) in pixels.into_iter().zip(kernels.chunks_exact(colours)) {
         // One scale for all colours, so that a wider kernel is dimmer.
         let weights = kernels.iter().flat_map(|kernel| &kernel.weights);
         let peak = weights.fold(0.0_f32, |peak, weight| peak.max(*weight));
@@ -57,12 +57,12 @@ pub(crate) fn draw_psf_grid(
                     pixel.0 + kernel.left + column as i32,
                     pixel.1 + kernel.top + row as i32,
                 );
-                if window.contains(target.0, target.1) {
-                    let before = result.get(target, channel).unwrap_or(0.0);
-                    result.set(target, channel, before + weight / peak);
+                if let Some(samples) = grid.pixel_mut(target) {
+                    samples[channel] += weight / peak;
                 }
             }
         }
     }
+    grid.write_to(result);
     Ok(Outcome::DONE)
 }

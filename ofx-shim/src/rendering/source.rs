@@ -7,7 +7,7 @@ use crate::geometry::PixelMap;
 use crate::host::{Call, Clip, Failure, Image, Result};
 use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, render};
-use crate::plate_image::{PlateImage, collect_samples};
+use crate::plate_image::{PlateImage, collect_rows};
 use crate::sys::clip::{PREMULTIPLICATION, UNPREMULTIPLIED};
 use crate::sys::effect::CLIP_SOURCE;
 
@@ -79,35 +79,38 @@ impl<'h> Source<'h> {
     ) -> Result<CoreImage> {
         let kind = self.alpha_kind(knobs);
         let Some(view) = PlateImage::new(&self.image, map) else {
-            return read_planes(extent, self.image.channels as usize, kind, knobs, |_, _| {
-                0.0
-            });
+            let channels = self.image.channels as usize;
+            return read_planes(extent, channels, kind, knobs, |_, _, _| {});
         };
+        let channels = view.channels();
         let Some(encoding) = encoding else {
-            let sample = |pixel, channel| view.get(pixel, channel).unwrap_or(0.0);
-            return read_planes(extent, view.channels(), kind, knobs, sample);
+            return read_planes(extent, channels, kind, knobs, |pixel, channel, row| {
+                view.read_channel(pixel, channel, row);
+            });
         };
         let mut light = Interleaved::copy_of(&view)?;
         encoding.decode(&mut light)?;
-        let sample = |pixel, channel| light.get(pixel, channel).unwrap_or(0.0);
-        read_planes(extent, view.channels(), kind, knobs, sample)
+        read_planes(extent, channels, kind, knobs, |pixel, channel, row| {
+            light.read_channel(pixel, channel, row);
+        })
     }
 }
 
-/// Returns an image of Y, RGB or RGBA, by the number of `channels`, over `extent`.
+/// Returns an image of Y, RGB or RGBA, by the number of `channels`, over `extent`. The function `read` fills a row of a channel, from a
+/// pixel on.
 fn read_planes(
     extent: Rectangle,
     channels: usize,
     kind: AlphaKind,
     knobs: &Knobs,
-    sample: impl Fn((i32, i32), usize) -> f32,
+    read: impl Fn((i32, i32), usize, &mut [f32]),
 ) -> Result<CoreImage> {
     let names: &[&str] = if channels == 1 {
         &["Y"]
     } else {
         &["R", "G", "B"]
     };
-    let plane = |channel: usize| collect_samples(extent, 1, |pixel, _| sample(pixel, channel));
+    let plane = |channel| collect_rows(extent, 1, |pixel, row| read(pixel, channel, row));
     let colours = (0..names.len()).map(plane).collect::<Result<Vec<_>>>()?;
     let alpha = (channels > names.len()).then(|| plane(names.len()));
     let names = names.iter().map(|name| (*name).to_owned()).collect();

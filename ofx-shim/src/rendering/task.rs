@@ -84,13 +84,16 @@ impl RenderJob {
         if map.is_some() && (session.is_neutral() || strength == 0.0) {
             // The plate stays as it is: it is certain everywhere, and so is its noise.
             let channels = plate.image.colours.len() + plate.image.alpha.iter().len();
-            let image = Interleaved::new(window, channels, |_, _| 1.0)?;
+            let image = Interleaved::new(window, channels, |_, row| row.fill(1.0))?;
             return Ok(Some(Rendered {
                 image,
                 warnings: Vec::new(),
             }));
         }
         let prepared = session.prepare(plate)?;
+        if effect.is_aborted() {
+            return Ok(None);
+        }
         let (result, origin) = match task {
             Task::Apply => {
                 let own = Arc::new(prepared);
@@ -109,7 +112,7 @@ impl RenderJob {
                 let work = move |progress: &Progress<'_>| {
                     let planes = plate.apply_window(part, progress)?;
                     Ok(KeptResult {
-                        image: plate.to_image_of_size(part.width, part.height, planes)?,
+                        image: plate.to_image_of_window(part, planes)?,
                         // The depth of added margins repeats that of the border.
                         warnings: warnings(&own)?,
                     })
@@ -220,8 +223,15 @@ fn removal_map(
 /// Returns the pixels `window` of an image that covers `rectangle`.
 fn interleave(image: &Image, rectangle: Rectangle, window: Rectangle) -> Result<Interleaved> {
     let planes: Vec<_> = image.colours.iter().chain(&image.alpha).collect();
-    Interleaved::new(window, planes.len(), |(x, y), channel| {
-        let (column, row) = (x - rectangle.x, y - rectangle.y);
-        planes[channel][row as usize * rectangle.width + column as usize]
+    let count = planes.len();
+    Interleaved::new(window, count, |(x, y), row| {
+        let (left, above) = ((x - rectangle.x) as usize, (y - rectangle.y) as usize);
+        let first = above * rectangle.width + left;
+        for (channel, plane) in planes.iter().enumerate() {
+            let samples = &plane[first..first + window.width];
+            for (pixel, sample) in row.chunks_exact_mut(count).zip(samples) {
+                pixel[channel] = *sample;
+            }
+        }
     })
 }

@@ -65,10 +65,26 @@ faults! {
     RequiresRegion c"org.seidel.box.requiresRegion", "Asks for nothing while the region of Source is unknown.";
     IgnoresBitDepth c"org.seidel.box.ignoresBitDepth", "Treats samples of any bit depth as floats.";
     TrustsRegion c"org.seidel.box.trustsRegion", "Crops Source to its region of definition, whatever the image covers.";
+    OfBytes c"org.seidel.box.ofBytes", "None: the plugin is correct, and supports images of bytes alone.";
+    UnwrittenAlpha c"org.seidel.box.unwrittenAlpha", "Of bytes: does not write the alpha of one pixel.";
+    CoarseBytes c"org.seidel.box.coarseBytes", "Of bytes and floats: gives bytes in steps of eight.";
     WideBlurThreadDependent c"org.seidel.box.wideBlurThreadDependent", "Makes wide blurs depend on the number of threads.";
 }
 
 impl Fault {
+    /// Returns whether the plugin supports images of bytes.
+    pub(crate) fn takes_bytes(self) -> bool {
+        matches!(
+            self,
+            Self::OfBytes | Self::UnwrittenAlpha | Self::CoarseBytes
+        )
+    }
+
+    /// Returns whether the plugin supports images of floats.
+    pub(crate) fn takes_floats(self) -> bool {
+        !matches!(self, Self::OfBytes | Self::UnwrittenAlpha)
+    }
+
     /// Returns the fault of the plugin with this index.
     pub(crate) fn of_plugin(index: usize) -> Self {
         ALL.get(index).copied().unwrap_or(Self::None)

@@ -6,7 +6,7 @@ use openfx::sys::image_effect_v1::image_effect::*;
 use crate::api::{Effect, PropertySet, string};
 use crate::faults::Fault;
 
-/// A float image.
+/// An image of floats or bytes.
 pub(crate) struct Image<'a> {
     properties: PropertySet<'a>,
     data: usize,
@@ -14,6 +14,8 @@ pub(crate) struct Image<'a> {
     /// x1, y1, x2, y2.
     pub(crate) bounds: [i32; 4],
     pub(crate) channels: usize,
+    is_bytes: bool,
+    fault: Fault,
     /// Number of releases; 1 without faults.
     releases: usize,
 }
@@ -61,6 +63,8 @@ impl<'a> Image<'a> {
             row_bytes: 0,
             bounds: [0; 4],
             channels: 0,
+            is_bytes: false,
+            fault,
             releases: 1,
         };
         let Some(data) = properties.non_null(kOfxImagePropData) else {
@@ -81,9 +85,11 @@ impl<'a> Image<'a> {
             None => properties.string(kOfxImageEffectPropComponents),
         };
         let depth = properties.string(kOfxImageEffectPropPixelDepth);
-        let is_float = depth.is_some_and(|depth| depth == "OfxBitDepthFloat");
-        if !is_float && fault != Fault::IgnoresBitDepth {
-            return Err(ImageError::Unsupported);
+        match depth.as_deref() {
+            Some("OfxBitDepthByte") if fault.takes_bytes() => image.is_bytes = true,
+            Some("OfxBitDepthFloat") if fault.takes_floats() => {}
+            _ if fault == Fault::IgnoresBitDepth => {}
+            _ => return Err(ImageError::Unsupported),
         }
         image.channels = match components.as_deref() {
             Some("OfxImageComponentAlpha") => 1,
@@ -105,6 +111,10 @@ impl<'a> Image<'a> {
         Ok(image)
     }
 
+    fn sample_bytes(&self) -> usize {
+        if self.is_bytes { 1 } else { 4 }
+    }
+
     /// Sets how often it is released.
     pub(crate) fn with_release_fault(mut self, fault: Fault) -> Self {
         self.releases = match fault {
@@ -115,14 +125,14 @@ impl<'a> Image<'a> {
         self
     }
 
-    fn pixel(&self, x: i32, y: i32) -> Option<*mut f32> {
+    fn pixel(&self, x: i32, y: i32) -> Option<*mut u8> {
         let [x1, y1, x2, y2] = self.bounds;
         if x < x1 || x >= x2 || y < y1 || y >= y2 {
             return None;
         }
         let row = (y - y1) as isize * self.row_bytes;
-        let column = ((x - x1) as usize * self.channels * 4) as isize;
-        Some((self.data as isize + row + column) as *mut f32)
+        let column = ((x - x1) as usize * self.channels * self.sample_bytes()) as isize;
+        Some((self.data as isize + row + column) as *mut u8)
     }
 
     /// Returns whether it has the pixel.
@@ -134,16 +144,29 @@ impl<'a> Image<'a> {
     pub(crate) fn get(&self, x: i32, y: i32, channel: usize) -> f32 {
         match self.pixel(x, y) {
             // SAFETY: inside the image, and the channel is one of its channels.
-            Some(pixel) => unsafe { pixel.add(channel).read_unaligned() },
+            Some(pixel) if self.is_bytes => f32::from(unsafe { pixel.add(channel).read() }) / 255.0,
+            // SAFETY: as above.
+            Some(pixel) => unsafe { pixel.cast::<f32>().add(channel).read_unaligned() },
             None => 0.0,
         }
     }
 
     /// Writes a sample, unless the pixel is outside the bounds.
     pub(crate) fn set(&self, x: i32, y: i32, channel: usize, value: f32) {
-        if let Some(pixel) = self.pixel(x, y) {
+        let Some(pixel) = self.pixel(x, y) else {
+            return;
+        };
+        if self.is_bytes {
+            let step = match self.fault {
+                Fault::CoarseBytes => 8.0,
+                _ => 1.0,
+            };
+            let byte = ((value.clamp(0.0, 1.0) * 255.0 / step).round() * step) as u8;
             // SAFETY: as above; no two threads write the same row.
-            unsafe { pixel.add(channel).write_unaligned(value) };
+            unsafe { pixel.add(channel).write(byte) };
+        } else {
+            // SAFETY: as above.
+            unsafe { pixel.cast::<f32>().add(channel).write_unaligned(value) };
         }
     }
 }

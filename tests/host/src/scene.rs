@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use openfx::sys::image_effect_v1::image_effect::*;
 
+use crate::host::sample_type::SampleType;
 use crate::picture::{Picture, Rect, Region};
 
 /// The source of a clip's images.
@@ -80,6 +81,8 @@ pub struct Scene {
     pub project: Region,
     /// Pixel aspect ratio of all clips.
     pub par: f64,
+    /// Sample type of all images. An instance sets it by what its plugin supports.
+    pub(crate) samples: SampleType,
 }
 
 impl Default for Scene {
@@ -88,6 +91,7 @@ impl Default for Scene {
             inputs: BTreeMap::new(),
             project: Region::new(0.0, 0.0, 1.0, 1.0),
             par: 1.0,
+            samples: SampleType::default(),
         }
     }
 }
@@ -106,6 +110,7 @@ impl Scene {
             project: Region::from_pixels(&source.bounds, (1.0, 1.0), par),
             inputs: BTreeMap::from([("Source".to_owned(), Input::still(source))]),
             par,
+            samples: SampleType::default(),
         }
     }
 

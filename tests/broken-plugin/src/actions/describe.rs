@@ -22,10 +22,13 @@ pub(super) fn describe(call: &Call<'_>) -> OfxStatus {
         kOfxImageEffectPropSupportedContexts,
         &[kOfxImageEffectContextFilter, kOfxImageEffectContextGeneral],
     );
-    set.set_strings(
-        kOfxImageEffectPropSupportedPixelDepths,
-        &[kOfxBitDepthFloat],
-    );
+    let depths = [
+        (kOfxBitDepthFloat, call.fault.takes_floats()),
+        (kOfxBitDepthByte, call.fault.takes_bytes()),
+    ];
+    let depths = depths.into_iter().filter(|(_, taken)| *taken);
+    let depths: Vec<_> = depths.map(|(depth, _)| depth).collect();
+    set.set_strings(kOfxImageEffectPropSupportedPixelDepths, &depths);
     set.set_strings(
         kOfxImageEffectPluginRenderThreadSafety,
         &[kOfxImageEffectRenderFullySafe],

@@ -163,12 +163,13 @@ fn fetch_output<'a>(call: &Call<'a>) -> Result<Image<'a>, OfxStatus> {
     // Other faults of images concern inputs only.
     let fault = match call.fault {
         Fault::IgnoresBitDepth => call.fault,
+        fault if fault.takes_bytes() => fault,
         _ => Fault::None,
     };
     Image::fetch(call.effect, c"Output", call.time(), fault).map_err(|error| match error {
         ImageError::Missing => kOfxStatFailed,
         ImageError::Unsupported => {
-            let text = "the host's images are not float; convert them first";
+            let text = "the host's images are not of a supported bit depth; convert them first";
             call.effect.post_error(text, MessageFormat::Text);
             kOfxStatErrImageFormat
         }
@@ -296,7 +297,11 @@ fn render_row(job: &Job<'_>, y: i32, mut gain: f32) {
             Fault::DoesNothing => 0.0,
             _ => job.mix * blur_amount(job, x, y),
         };
+        let skips_alpha = fault == Fault::UnwrittenAlpha && (x + 1, y + 1) == (x2, y2);
         for c in 0..job.output.channels {
+            if skips_alpha && c == 3 {
+                continue;
+            }
             let blurred = box_mean(job, x, y, c) * gain;
             let sharp = job.source.as_ref().map_or(0.0, |s| s.get(x, y, c));
             job.output.set(x, y, c, sharp + (blurred - sharp) * mix);

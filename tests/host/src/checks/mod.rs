@@ -42,7 +42,7 @@ mod tiny_images;
 mod variants;
 mod written_pixels;
 
-use crate::drive::{Frame, NO_FLOATS};
+use crate::drive::Frame;
 use crate::picture::Picture;
 use crate::subject::Subject;
 
@@ -56,14 +56,10 @@ pub struct Report {
 }
 
 impl Report {
-    /// Records a fault, unless it is recorded already. What this host cannot render is no fault of the plugin.
+    /// Records a fault, unless it is recorded already.
     pub fn fault(&mut self, text: impl Into<String>) {
         let text = text.into();
-        if text.contains(NO_FLOATS) {
-            if !self.skipped.iter().any(|part| part == NO_FLOATS) {
-                self.skip(NO_FLOATS);
-            }
-        } else if !self.faults.contains(&text) {
+        if !self.faults.contains(&text) {
             self.faults.push(text);
         }
     }

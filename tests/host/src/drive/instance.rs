@@ -115,8 +115,18 @@ impl<'l> Instance<'l> {
         self.set_scene(scene);
     }
 
-    /// Sets the scene and the properties of all clips.
-    fn set_scene(&self, scene: Scene) {
+    /// Sets the scene, with pictures as its samples hold them, and the properties of all clips.
+    fn set_scene(&self, mut scene: Scene) {
+        scene.samples = self.loaded.samples();
+        if scene.samples.white().is_some() {
+            for input in scene.inputs.values_mut() {
+                if let Feed::Pictures(pictures) = &mut input.feed {
+                    for picture in pictures {
+                        *picture = Arc::new(scene.samples.picture(picture));
+                    }
+                }
+            }
+        }
         for clip in self.effect.clips() {
             self.set_clip_properties(&clip, &scene);
         }
@@ -152,7 +162,10 @@ impl<'l> Instance<'l> {
             is_output || !matches!(input.feed, Feed::Unconnected) || host.all_connected;
         let channels = scene.channels(format_clip);
         let (clip_components, depth) = if is_connected {
-            (components(channels), host.bit_depth)
+            (
+                components(channels),
+                host.false_bit_depth.unwrap_or(scene.samples.bit_depth()),
+            )
         } else {
             (kOfxImageComponentNone, kOfxBitDepthNone)
         };

@@ -8,7 +8,6 @@ mod overlay;
 mod plugin;
 mod queries;
 
-pub(crate) use frame::NO_FLOATS;
 pub use frame::{Frame, RenderRequest};
 pub use instance::Instance;
 pub use library::{Library, Plugin, binary_path};

@@ -10,6 +10,7 @@ use super::arguments::Arguments;
 use super::{ActionArguments, Plugin, act, act_with, check_status};
 use crate::host::effect::{Effect, EffectRole};
 use crate::host::properties::effect_descriptor;
+use crate::host::sample_type::SampleType;
 use crate::host::{ActiveHost, locked};
 use crate::scene::Scene;
 
@@ -73,9 +74,14 @@ impl<'h> LoadedPlugin<'h> {
         (self.depths().iter()).any(|depth| depth.as_bytes() == bit_depth.to_bytes())
     }
 
-    /// Returns whether it says that it takes images of other bit depths alone.
-    pub(crate) fn refuses(&self, bit_depth: &CStr) -> bool {
-        !(self.depths().is_empty() || self.takes(bit_depth))
+    /// Returns the sample type of the images that it gets: that of the host, or else the first that it takes, or else floats.
+    #[must_use]
+    pub fn samples(&self) -> SampleType {
+        self.host.profile.samples.unwrap_or_else(|| {
+            let mut all = SampleType::ALL.into_iter();
+            all.find(|one| self.takes(one.bit_depth()))
+                .unwrap_or_default()
+        })
     }
 
     fn depths(&self) -> Vec<String> {

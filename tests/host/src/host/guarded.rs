@@ -1,13 +1,12 @@
 //! Image memory with guard bytes on all sides, which detects what plugins write where.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::mem::ManuallyDrop;
 
 use super::profile::RowLayout;
+use super::sample_type::SampleType;
 use crate::picture::{Picture, Rect};
 
-/// The initial bits of output samples: a quiet NaN that no arithmetic produces.
-const POISON: u32 = 0x7fc0_dead;
 /// The initial value of bytes that belong to no pixel.
 const GUARD_BYTE: u8 = 0xa5;
 /// The number of guard bytes before and after an image.
@@ -21,24 +20,32 @@ struct Layout {
     row_bytes: i32,
     bounds: Rect,
     channels: usize,
+    samples: SampleType,
 }
 
 impl Layout {
+    /// Returns the bytes of a pixel.
+    fn pixel_bytes(&self) -> usize {
+        self.samples.bytes() * self.channels
+    }
+
     /// Returns the offset of a pixel, in bytes.
     fn offset(&self, x: i32, y: i32) -> usize {
         let row = i64::from(y - self.bounds.y1) * i64::from(self.row_bytes);
-        let column = i64::from(x - self.bounds.x1) * 4 * self.channels as i64;
+        let column = i64::from(x - self.bounds.x1) * self.pixel_bytes() as i64;
         usize::try_from(self.origin as i64 + row + column).unwrap_or(0)
     }
 }
 
-/// The memory of one float image.
+/// The memory of one image.
 pub(crate) struct GuardedBuffer {
     memory: *mut u8,
     capacity: usize,
     layout: Layout,
     /// The bytes when the plugin got them.
     initial: Vec<u8>,
+    /// The round of a render whose poison an output image has.
+    round: u32,
 }
 
 // SAFETY: the host accesses the memory by copying bytes only, and plugins expect no more than raw memory.
@@ -55,35 +62,51 @@ impl Drop for GuardedBuffer {
 
 impl GuardedBuffer {
     /// Creates an input image with the samples of `picture`, 0 outside it.
-    pub(crate) fn input(bounds: Rect, rows: RowLayout, picture: &Picture) -> Self {
-        Self::new(bounds, picture.channels, rows, |x, y, c| {
-            picture.pixel(x, y).get(c).copied().unwrap_or(0.0).to_bits()
+    pub(crate) fn input(
+        bounds: Rect,
+        rows: RowLayout,
+        samples: SampleType,
+        picture: &Picture,
+    ) -> Self {
+        Self::new(bounds, picture.channels, rows, samples, |x, y, c| {
+            samples.bits(picture.pixel(x, y).get(c).copied().unwrap_or(0.0))
         })
     }
 
-    /// Creates an output image whose samples are poisoned.
-    pub(crate) fn output(bounds: Rect, channels: usize, rows: RowLayout) -> Self {
-        Self::new(bounds, channels, rows, |_, _, _| POISON)
+    /// Creates an output image whose samples are poisoned as of that round, 0 or 1.
+    pub(crate) fn output(
+        bounds: Rect,
+        channels: usize,
+        rows: RowLayout,
+        samples: SampleType,
+        round: u32,
+    ) -> Self {
+        let poison = |x, y, c| samples.poison(x, y, c, round);
+        let mut image = Self::new(bounds, channels, rows, samples, poison);
+        image.round = round;
+        image
     }
 
     fn new(
         bounds: Rect,
         channels: usize,
         rows: RowLayout,
-        bits: impl Fn(i32, i32, usize) -> u32,
+        samples: SampleType,
+        bits: impl Fn(i32, i32, usize) -> [u8; 4],
     ) -> Self {
         let (width, height) = (bounds.width(), bounds.height());
+        let size = samples.bytes();
         let gap = match rows {
             RowLayout::Tight | RowLayout::Negative => 0,
             RowLayout::Padded => 64,
-            RowLayout::Odd | RowLayout::NegativeOdd => 4 * (3 - width * channels % 2),
+            RowLayout::Odd | RowLayout::NegativeOdd => size * (3 - width * channels % 2),
             RowLayout::Unaligned => 5,
         };
-        let stride = width * channels * 4 + gap;
+        let stride = width * channels * size + gap;
         let is_top_down = matches!(rows, RowLayout::Negative | RowLayout::NegativeOdd);
-        let size = 2 * GUARD_BYTES + stride * height.max(1) + 16;
-        let mut memory = Vec::with_capacity(size);
-        memory.resize(size, GUARD_BYTE);
+        let all = 2 * GUARD_BYTES + stride * height.max(1) + 16;
+        let mut memory = Vec::with_capacity(all);
+        memory.resize(all, GUARD_BYTE);
         memory.shrink_to_fit();
         // Hosts align images to 16 bytes.
         let start = GUARD_BYTES + memory.as_ptr().align_offset(16);
@@ -97,12 +120,13 @@ impl GuardedBuffer {
             row_bytes: if is_top_down { -row_bytes } else { row_bytes },
             bounds,
             channels,
+            samples,
         };
         for (x, y) in bounds.pixels() {
             let pixel = layout.offset(x, y);
             for c in 0..channels {
-                let sample = pixel + 4 * c;
-                memory[sample..sample + 4].copy_from_slice(&bits(x, y, c).to_ne_bytes());
+                let sample = pixel + size * c;
+                memory[sample..sample + size].copy_from_slice(&bits(x, y, c)[..size]);
             }
         }
         let initial = memory.clone();
@@ -114,6 +138,7 @@ impl GuardedBuffer {
             capacity,
             layout,
             initial,
+            round: 0,
         }
     }
 
@@ -123,6 +148,10 @@ impl GuardedBuffer {
 
     pub(crate) fn channels(&self) -> usize {
         self.layout.channels
+    }
+
+    pub(crate) fn samples(&self) -> SampleType {
+        self.layout.samples
     }
 
     pub(crate) fn row_bytes(&self) -> i32 {
@@ -155,10 +184,9 @@ impl GuardedBuffer {
     pub(crate) fn picture(&self) -> Picture {
         let bytes = self.bytes();
         Picture::from_fn(self.bounds(), self.channels(), |x, y, c| {
-            let sample = self.layout.offset(x, y) + 4 * c;
-            let mut four = [0; 4];
-            four.copy_from_slice(&bytes[sample..sample + 4]);
-            f32::from_ne_bytes(four)
+            let size = self.samples().bytes();
+            let sample = self.layout.offset(x, y) + size * c;
+            self.samples().value(&bytes[sample..sample + size])
         })
     }
 
@@ -171,7 +199,7 @@ impl GuardedBuffer {
     pub(crate) fn written(&self, expected: impl Fn(i32, i32) -> bool) -> WrittenBytes {
         let bytes = self.bytes();
         let mut found = WrittenBytes::default();
-        let pixel_bytes = 4 * self.channels();
+        let (samples, pixel_bytes) = (self.samples(), self.layout.pixel_bytes());
         // Pixels by their offset, to find that of a byte.
         let mut pixels = BTreeMap::new();
         for (x, y) in self.bounds().pixels() {
@@ -180,15 +208,12 @@ impl GuardedBuffer {
             if !expected(x, y) {
                 continue;
             }
-            let samples = bytes[offset..offset + pixel_bytes].as_chunks::<4>().0;
-            for bits in samples.iter().map(|sample| u32::from_ne_bytes(*sample)) {
-                if bits == POISON {
-                    found.unwritten.push((x, y));
-                    break;
-                }
-                if !f32::from_bits(bits).is_finite() {
+            let pixel = bytes[offset..offset + pixel_bytes].chunks_exact(samples.bytes());
+            for (c, sample) in pixel.enumerate() {
+                if *sample == samples.poison(x, y, c, self.round)[..samples.bytes()] {
+                    found.unwritten.push((x, y, c));
+                } else if !samples.value(sample).is_finite() {
                     found.not_finite.push((x, y));
-                    break;
                 }
             }
         }
@@ -209,8 +234,8 @@ impl GuardedBuffer {
 /// Differences between the bytes of an output image and those that should have been written.
 #[derive(Default)]
 pub(crate) struct WrittenBytes {
-    /// Expected pixels with samples that were not written.
-    unwritten: Vec<(i32, i32)>,
+    /// Samples of expected pixels that were not written, by x, y and channel.
+    unwritten: Vec<(i32, i32, usize)>,
     /// Expected pixels with samples that are NaN or infinite.
     not_finite: Vec<(i32, i32)>,
     /// Other pixels that were written.
@@ -220,10 +245,22 @@ pub(crate) struct WrittenBytes {
 }
 
 impl WrittenBytes {
+    /// Returns whether samples seem not to be written.
+    pub(crate) fn lacks_samples(&self) -> bool {
+        !self.unwritten.is_empty()
+    }
+
+    /// Drops the samples that a render to another poison wrote.
+    pub(crate) fn confirm_unwritten(&mut self, again: &Self) {
+        let again: BTreeSet<_> = again.unwritten.iter().collect();
+        self.unwritten.retain(|sample| again.contains(sample));
+    }
+
     /// Describes all faults.
     pub(crate) fn faults(&self) -> Vec<String> {
+        let unwritten: Vec<_> = self.unwritten.iter().map(|(x, y, _)| (*x, *y)).collect();
         let expected = [
-            ("not written", &self.unwritten),
+            ("not written", &unwritten),
             ("written with values that are not finite", &self.not_finite),
         ];
         let mut faults: Vec<String> = (expected.iter())
@@ -244,10 +281,8 @@ impl WrittenBytes {
 
 fn pixel_fault(what: &str, pixels: &[(i32, i32)]) -> Option<String> {
     let first = pixels.first()?;
-    Some(format!(
-        "{} pixels {what}, the first at {first:?}",
-        pixels.len()
-    ))
+    let count = pixels.iter().collect::<BTreeSet<_>>().len();
+    Some(format!("{count} pixels {what}, the first at {first:?}"))
 }
 
 #[cfg(test)]
@@ -258,7 +293,7 @@ mod tests {
     fn unwritten_and_stray_pixels_are_found() {
         for rows in RowLayout::ALIGNED {
             let bounds = Rect::new(-2, 3, 5, 8);
-            let buffer = GuardedBuffer::output(bounds, 4, rows);
+            let buffer = GuardedBuffer::output(bounds, 4, rows, SampleType::Float, 0);
             let write = |x: i32, y: i32, value: f32| {
                 let offset = buffer.layout.offset(x, y);
                 for c in 0..4 {
@@ -294,12 +329,35 @@ mod tests {
     #[test]
     fn row_bytes_follow_the_layout() {
         let bounds = Rect::new(0, 0, 3, 2);
-        let buffer = |channels, rows| GuardedBuffer::output(bounds, channels, rows);
+        let buffer =
+            |channels, rows| GuardedBuffer::output(bounds, channels, rows, SampleType::Float, 0);
         assert_eq!(buffer(4, RowLayout::Tight).row_bytes(), 48);
         assert_eq!(buffer(4, RowLayout::Negative).row_bytes(), -48);
         let odd = buffer(3, RowLayout::Odd).row_bytes();
         assert!(odd % 4 == 0 && odd / 4 % 2 == 1);
         assert_ne!(buffer(4, RowLayout::Unaligned).row_bytes() % 4, 0);
         assert_eq!(buffer(4, RowLayout::Tight).data() % 16, 0);
+        let bytes = GuardedBuffer::output(bounds, 3, RowLayout::Odd, SampleType::Byte, 0);
+        assert_eq!((bytes.row_bytes() - 9) % 2, 0);
+    }
+
+    #[test]
+    fn a_second_poison_tells_unwritten_bytes_from_equal_ones() {
+        let bounds = Rect::new(0, 0, 8, 4);
+        let of_round = |round| {
+            let buffer =
+                GuardedBuffer::output(bounds, 1, RowLayout::Padded, SampleType::Byte, round);
+            // Every pixel but one gets the poison of the first round.
+            for (x, y) in bounds.pixels().filter(|pixel| *pixel != (5, 2)) {
+                let value = SampleType::Byte.poison(x, y, 0, 0)[0];
+                // SAFETY: inside the buffer.
+                unsafe { buffer.memory.add(buffer.layout.offset(x, y)).write(value) };
+            }
+            buffer.written(|_, _| true)
+        };
+        let mut first = of_round(0);
+        assert_eq!(first.unwritten.len(), 32);
+        first.confirm_unwritten(&of_round(1));
+        assert_eq!(first.unwritten, [(5, 2, 0)]);
     }
 }

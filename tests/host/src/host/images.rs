@@ -13,6 +13,7 @@ use super::effect::Clip;
 pub(crate) use super::guarded::GuardedBuffer;
 use super::profile::RowLayout;
 use super::properties::{PropertySet, Schema, Value, Values, property_name};
+use super::render_time::cpu_of_thread;
 use super::{Host, locked};
 use crate::picture::{Picture, Rect, Region};
 use crate::scene::{Feed, Scene, components};
@@ -48,6 +49,13 @@ pub(crate) fn fetch(
     time: f64,
     region: Option<Region>,
 ) -> Result<usize, OfxStatus> {
+    let start = cpu_of_thread();
+    let image = make(host, clip, time, region);
+    *locked(&host.image_time) += cpu_of_thread().saturating_sub(start);
+    image
+}
+
+fn make(host: &Host, clip: &Clip, time: f64, region: Option<Region>) -> Result<usize, OfxStatus> {
     let Some(effect) = clip.effect.upgrade() else {
         return Err(kOfxStatErrBadHandle);
     };
@@ -135,7 +143,8 @@ fn input_image(
         bounds = bounds.intersection(&region.pixels(scale, scene.par));
     }
     let rows = render.map_or(host.profile.rows, |r| r.rows);
-    (GuardedBuffer::input(bounds, rows, picture), picture.bounds)
+    let buffer = GuardedBuffer::input(bounds, rows, scene.samples, picture);
+    (buffer, picture.bounds)
 }
 
 fn image_properties(
@@ -150,6 +159,7 @@ fn image_properties(
     let text = |value: &CStr| vec![Value::Text(value.to_owned())];
     let bounds = buffer.map_or(rod, GuardedBuffer::bounds);
     let channels = buffer.map_or(4, GuardedBuffer::channels);
+    let bit_depth = (host.profile.false_bit_depth).unwrap_or(scene.samples.bit_depth());
     let identifier = format!(
         "{} {}",
         clip.name,
@@ -157,7 +167,7 @@ fn image_properties(
     );
     let mut rows: Vec<(&CStr, Vec<Value>)> = vec![
         (kOfxPropType, text(kOfxTypeImage)),
-        (kOfxImageEffectPropPixelDepth, text(host.profile.bit_depth)),
+        (kOfxImageEffectPropPixelDepth, text(bit_depth)),
         (kOfxImageEffectPropComponents, text(components(channels))),
         (
             kOfxImageEffectPropPreMultiplication,
@@ -216,10 +226,12 @@ pub(crate) fn release(host: &Host, set: &PropertySet) -> OfxStatus {
     if let Some(buffer) = &image.buffer
         && !image.is_output
     {
+        let start = cpu_of_thread();
         if buffer.has_changed() {
             host.record_misuse(format!("the input image of {} was written to", image.clip));
         }
         buffer.overwrite();
+        *locked(&host.image_time) += cpu_of_thread().saturating_sub(start);
     }
     kOfxStatOK
 }

@@ -8,6 +8,8 @@ pub mod images;
 pub mod profile;
 pub mod profiles;
 pub mod properties;
+pub mod render_time;
+pub mod sample_type;
 pub mod suites;
 
 use std::collections::{BTreeSet, HashMap};
@@ -16,6 +18,7 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 use openfx::sys::generic::core::OfxHost;
 
@@ -118,6 +121,10 @@ pub struct Host {
     pub counters: Counters,
     /// Calls of `abort` that will return no; negative for all.
     pub(crate) polls_before_abort: AtomicI64,
+    /// The moment from which `abort` returns yes.
+    pub(crate) abort_from: Mutex<Option<Instant>>,
+    /// CPU time in which images were made for plugins and released.
+    pub(crate) image_time: Mutex<Duration>,
     pub(crate) path: Mutex<CString>,
     pub(crate) processors: AtomicUsize,
     pub(crate) threads_fail: AtomicBool,
@@ -192,6 +199,8 @@ impl Host {
             persistent: Mutex::default(),
             counters: Counters::default(),
             polls_before_abort: AtomicI64::new(-1),
+            abort_from: Mutex::default(),
+            image_time: Mutex::default(),
             path: Mutex::new(CString::default()),
             processors: AtomicUsize::new(profile.processors as usize),
             threads_fail: AtomicBool::new(false),
@@ -309,6 +318,11 @@ impl Host {
     /// Returns the current persistent message.
     pub fn persistent_message(&self) -> Option<Message> {
         locked(&self.persistent).clone()
+    }
+
+    /// Returns whether `abort` will return yes sooner or later.
+    pub(crate) fn aborts(&self) -> bool {
+        self.polls_before_abort.load(Ordering::SeqCst) >= 0
     }
 
     /// Makes `abort` return no to the next `polls` calls and yes to all later ones; `None` means always no.

@@ -2,10 +2,10 @@
 
 use std::ffi::CStr;
 
-use openfx::sys::generic::core::kOfxBitDepthFloat;
 use openfx::sys::image_effect_v1::image_effect::*;
 
 use super::properties::Schema;
+use super::sample_type::SampleType;
 
 /// The layout of image rows in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,8 +72,10 @@ pub struct Profile {
     pub late_regions: bool,
     /// Whether regions of clips and the project are in pixels of the render scale during a render.
     pub pixel_regions: bool,
-    /// Bit depth that images report, whatever plugins support. Their data are floats; plugins must reject other depths.
-    pub bit_depth: &'static CStr,
+    /// Sample type of all images; `None` for the first of [`SampleType::ALL`] that the plugin supports.
+    pub samples: Option<SampleType>,
+    /// Bit depth that images report in place of their own, whatever plugins support.
+    pub false_bit_depth: Option<&'static CStr>,
     /// Whether calls of `clearPersistentMessage` are misuse, because the function pointer is invalid in such hosts.
     pub invalid_clear_message: bool,
     /// The row layout of images, unless a request sets another.
@@ -119,7 +121,8 @@ impl Profile {
             all_connected: false,
             late_regions: false,
             pixel_regions: false,
-            bit_depth: kOfxBitDepthFloat,
+            samples: None,
+            false_bit_depth: None,
             invalid_clear_message: false,
             rows: RowLayout::Padded,
             image_scale_factor: 1.0,

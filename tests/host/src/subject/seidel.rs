@@ -30,7 +30,11 @@ pub(super) static KIND: PluginKind = PluginKind {
         ],
         &[("output", StaticValue::Int(1))],
         &[("output", StaticValue::Int(4))],
-        &[("quality", StaticValue::Int(0))],
+        &[("output", StaticValue::Int(5))],
+        &[
+            ("quality", StaticValue::Int(0)),
+            ("channels", StaticValue::Int(1)),
+        ],
         &[("quality", StaticValue::Int(2))],
         &[
             ("edge", StaticValue::Int(1)),

@@ -49,18 +49,15 @@ impl Quorum {
 
 /// Returns the finding of a wrong reading, if any.
 pub(super) fn wrong_reading(check: &DepthCheck) -> Option<DepthFinding> {
-    let sampled = patches(check);
     // Only patches that are curved in the stated reading speak against it.
-    let bent = sampled
-        .iter()
-        .filter(|p| {
-            let (bend, noise) = p.as_stated();
-            is_bent(bend, noise)
-        })
-        .count();
-    if bent < MIN_VOTES {
+    let (bent, flat): (Vec<_>, Vec<_>) = patches(check).into_iter().partition(|patch| {
+        let (bend, noise) = patch.as_stated();
+        is_bent(bend, noise)
+    });
+    if bent.len() < MIN_VOTES {
         return None;
     }
+    let sampled = SampledPatches { bent, flat };
     let near = check.view.focal_px.and_then(|f| {
         let nearby = [1.0, 0.85, 1.18].map(|factor| factor * f);
         best(&sampled, nearby, Perspective::Known)
@@ -80,16 +77,32 @@ enum Perspective {
     Searched,
 }
 
+/// The patches of a pass that are curved in the stated reading, and the others.
+struct SampledPatches {
+    bent: Vec<Sampled>,
+    flat: Vec<Sampled>,
+}
+
+impl SampledPatches {
+    /// Returns the verdict at a focal length of `focal_px`.
+    fn verdict(&self, focal_px: f64, perspective: Perspective) -> Option<Verdict> {
+        let at_focal_length = |patch: &Sampled| patch.at_focal_length(focal_px);
+        let mut votes = Votes::default();
+        votes.add(self.bent.iter().filter_map(at_focal_length));
+        // The others vote against other readings alone: mostly they need not be asked.
+        votes.verdict(perspective, focal_px)?;
+        votes.add(self.flat.iter().filter_map(at_focal_length));
+        votes.verdict(perspective, focal_px)
+    }
+}
+
 /// Returns the verdict with the most votes over several focal lengths.
 fn best(
-    sampled: &[Sampled],
+    sampled: &SampledPatches,
     focal_px: impl IntoIterator<Item = f64>,
     perspective: Perspective,
 ) -> Option<Verdict> {
-    let verdicts = focal_px.into_iter().filter_map(|f| {
-        let patches = sampled.iter().filter_map(|p| p.at_focal_length(f));
-        Votes::count(patches).verdict(perspective, f)
-    });
+    let verdicts = (focal_px.into_iter()).filter_map(|f| sampled.verdict(f, perspective));
     // The first of equals: the focal length as given.
     verdicts.reduce(|best, next| {
         if next.patches > best.patches {
@@ -125,19 +138,18 @@ struct Verdict {
 }
 
 impl Votes {
-    fn count(patches: impl Iterator<Item = Patch>) -> Self {
-        let mut votes = Self::default();
+    /// Counts the votes of `patches`.
+    fn add(&mut self, patches: impl Iterator<Item = Patch>) {
         for patch in patches {
             let bent = |k: usize| is_bent(patch.bend[k], patch.noise[k]);
             for winner in 0..READINGS.len() {
-                votes.voters[winner] += usize::from(bent(winner) || bent(0));
+                self.voters[winner] += usize::from(bent(winner) || bent(0));
                 for loser in 0..READINGS.len() {
                     let wins = bent(loser) && patch.bend[winner] < FLATTER * patch.bend[loser];
-                    votes.flatter[winner][loser] += usize::from(wins);
+                    self.flatter[winner][loser] += usize::from(wins);
                 }
             }
         }
-        votes
     }
 
     fn verdict(&self, perspective: Perspective, focal_px: f64) -> Option<Verdict> {

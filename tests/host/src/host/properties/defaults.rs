@@ -12,6 +12,7 @@ use openfx::sys::image_effect_v1::param::*;
 
 use super::{Value, Values, property_name};
 use crate::host::profile::Profile;
+use crate::host::sample_type::SampleType;
 
 fn ints(list: &[i32]) -> Vec<Value> {
     list.iter().map(|v| Value::Int(*v)).collect()
@@ -69,7 +70,7 @@ pub(crate) fn host_properties(profile: &Profile) -> Values {
         ),
         (
             kOfxImageEffectPropSupportedPixelDepths,
-            text(kOfxBitDepthFloat),
+            texts(&SampleType::ALL.map(SampleType::bit_depth)),
         ),
         (
             kOfxImageEffectPropSupportsMultipleClipDepths,

@@ -3,6 +3,7 @@
 use std::ffi::{c_char, c_int, c_void};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
@@ -215,7 +216,8 @@ unsafe extern "C" fn abort(effect: OfxImageEffectHandle) -> c_int {
             (left > 0).then(|| left - 1)
         })
         .unwrap_or_else(|left| left);
-    let aborts = left == 0;
+    let is_due = locked(&host.abort_from).is_some_and(|moment| Instant::now() >= moment);
+    let aborts = left == 0 || is_due;
     if aborts {
         host.counters.abort_replies.fetch_add(1, Ordering::SeqCst);
     }
