@@ -71,7 +71,7 @@ impl Interleaved {
     }
 
     /// Returns the samples of a pixel, or `None` outside the image.
-    pub(crate) fn pixel_mut(&mut self, (x, y): (i32, i32)) -> Option<&mut [f32]> {
+    pub(crate) fn pixel_mut(&mut self, x: i32, y: i32) -> Option<&mut [f32]> {
         let rectangle = self.rectangle;
         rectangle.contains(x, y).then(|| {
             let row = (y - rectangle.y) as usize * rectangle.width;

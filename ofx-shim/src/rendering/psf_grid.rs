@@ -53,11 +53,9 @@ pub(crate) fn draw_psf_grid(
         for (channel, kernel) in kernels.iter().enumerate() {
             for (k, weight) in kernel.weights.iter().enumerate() {
                 let (column, row) = (k % kernel.width, k / kernel.width);
-                let target = (
-                    pixel.0 + kernel.left + column as i32,
-                    pixel.1 + kernel.top + row as i32,
-                );
-                if let Some(samples) = grid.pixel_mut(target) {
+                let x = pixel.0 + kernel.left + column as i32;
+                let y = pixel.1 + kernel.top + row as i32;
+                if let Some(samples) = grid.pixel_mut(x, y) {
                     samples[channel] += weight / peak;
                 }
             }

@@ -9,7 +9,7 @@ pub(super) struct Equations<'a> {
     form: Form<'a>,
 }
 
-/// What is kept up to date while unknowns change.
+/// The quantities that are kept up to date while unknowns change.
 enum Form<'a> {
     /// Few unknowns: the normal equations, and the negative gradient Cᵀ W (y - C x).
     Normal {

@@ -257,7 +257,7 @@ struct TextureVariance {
     median: f64,
 }
 
-/// Whether the deviations of samples hold the texture of the picture.
+/// The texture of the picture, as far as the deviations of samples hold it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Texture {
     Unknown,
