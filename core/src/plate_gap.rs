@@ -91,6 +91,34 @@ pub fn plate_gap(
     })
 }
 
+/// Compares a rendering with a photograph of the same pixels, as [`plate_gap`] does. Pixels that are not finite are unknown.
+///
+/// # Errors
+/// Pictures of different sizes or numbers of colours.
+pub fn picture_gap(photograph: &Image, rendering: &Image) -> Result<PlateGap> {
+    let layout = |image: &Image| (image.width(), image.height(), image.colours.len());
+    let (width, height, colours) = layout(photograph);
+    if layout(rendering) != (width, height, colours) {
+        let (w, h, c) = layout(rendering);
+        return Err(Error::new(
+            "reference",
+            format!(
+                "is {width} x {height} pixels of {colours} colours, and the rendering {w} x {h} of {c}"
+            ),
+            "give a reference of the same size and channels",
+        ));
+    }
+    let pairs = photograph.colours.iter().zip(&rendering.colours);
+    let channels = pairs.zip(&photograph.names);
+    Ok(PlateGap {
+        columns: width.div_ceil(PLATE_GAP_BLOCK_PX),
+        rows: height.div_ceil(PLATE_GAP_BLOCK_PX),
+        channels: channels
+            .map(|((observed, rendered), name)| compare(name, observed, rendered, width))
+            .collect(),
+    })
+}
+
 /// Returns a rendering, unknown where the sharp picture is unknown within reach of the blur, as it is outside the frame.
 fn known(rendered: &[f32], sharp: &[f32], pair: &PlacedPictures) -> Vec<f32> {
     let (width, height) = (pair.width, pair.height);

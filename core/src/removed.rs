@@ -4,7 +4,6 @@ use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 use seidel_render::remove::{
     Canvas, Deconvolver, Highlights, Lights, Saturation, SharpPlane, estimate_blur_share,
-    reference_colour,
 };
 use seidel_render::{Gather, Occlusion, VergencePass};
 
@@ -89,48 +88,8 @@ impl PreparedPlate {
         Ok(removed)
     }
 
-    /// Takes off colour fringes alone: gives every colour the blur, and the place, of the colour whose blur is of middle size.
-    /// Returns the premultiplied planes of the plate, as its sensor records them; alpha does not change.
-    ///
-    /// # Errors
-    /// A plate of one colour, those of [`Deconvolver::remove`], cancellation by `progress` among them.
-    pub fn match_colours(&self, progress: &Progress) -> Result<Vec<Vec<f32>>> {
-        let RemovalInputs {
-            light,
-            settings,
-            scale,
-        } = self.removal_inputs();
-        let colour_count = light.colour_count();
-        if colour_count < 2 {
-            let remedy = "give a plate with R, G and B, or remove all blur";
-            return Err(Error::new("plate", "has one colour: no fringes", remedy));
-        }
-        let mut planes = self.with_optics(|optics| {
-            let scene = &optics.scene;
-            let planes = light.weighted(self.weights());
-            let colours = &planes[..colour_count];
-            let reference = reference_colour(scene, &self.weights()[..colour_count])?;
-            let reference = colours[reference].weights;
-            let highlights = Highlights::detect(colours, scene.width);
-            let mut matched = light.planes().to_vec();
-            for (index, plane) in colours.iter().enumerate() {
-                let share = |part: f64| progress((index as f64 + part) / colour_count as f64);
-                let deconvolver = deconvolver_of_plane(&settings, index, colour_count);
-                matched[index] =
-                    deconvolver.match_blur(&highlights, scene, plane, reference, &share)?;
-            }
-            Ok(matched)
-        })?;
-        if let Some(scale) = scale {
-            let colours = planes.iter_mut().take(colour_count);
-            colours.for_each(|plane| scale.restore(plane));
-        }
-        self.develop(&mut planes);
-        Ok(planes)
-    }
-
     /// The light of the plate and the settings of its removal, scaled where arithmetic could overflow.
-    fn removal_inputs(&self) -> RemovalInputs {
+    pub(crate) fn removal_inputs(&self) -> RemovalInputs {
         let light = self.undeveloped();
         let mut settings = self.session().settings().removal.clone();
         let Some(ReducedPlanes { planes, scale }) = light.reduced() else {
@@ -172,15 +131,15 @@ impl PreparedPlate {
 }
 
 /// The inputs of a removal.
-struct RemovalInputs {
-    light: PremultipliedPlanes,
-    settings: RemovalSettings,
+pub(crate) struct RemovalInputs {
+    pub(crate) light: PremultipliedPlanes,
+    pub(crate) settings: RemovalSettings,
     /// The scale of the light, if it is not that of the plate.
-    scale: Option<LightScale>,
+    pub(crate) scale: Option<LightScale>,
 }
 
 /// The settings of one plane: alpha is never clipped, and its noise is estimated from itself.
-fn deconvolver_of_plane(
+pub(crate) fn deconvolver_of_plane(
     settings: &RemovalSettings,
     index: usize,
     colour_count: usize,

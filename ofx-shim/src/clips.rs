@@ -16,6 +16,8 @@ pub(crate) const HOLDOUT: &CStr = c"Holdout";
 pub(crate) const MASK: &CStr = c"Mask";
 /// Picture of the aperture, white where light passes.
 pub(crate) const APERTURE: &CStr = c"Aperture";
+/// Photograph that the result is compared with.
+pub(crate) const REFERENCE: &CStr = c"Reference";
 
 /// Support of tiles, which is not declared. Depth slices and highlights are found on the whole plate, and every tile must be
 /// that part of the whole frame to the bit, so a tile costs as much as the frame. With depth, a 1920 x 1080 frame in tiles
@@ -31,7 +33,7 @@ struct ClipDeclaration {
 }
 
 /// All clips, in the order in which hosts show them. In Nuke the first input determines the format of the output.
-const ALL: [ClipDeclaration; 6] = [
+const ALL: [ClipDeclaration; 7] = [
     ClipDeclaration {
         name: CLIP_SOURCE,
         components: &[RGBA, RGB, ALPHA],
@@ -59,6 +61,12 @@ const ALL: [ClipDeclaration; 6] = [
     },
     ClipDeclaration {
         name: APERTURE,
+        components: &[RGBA, RGB, ALPHA],
+        optional: true,
+        mask: false,
+    },
+    ClipDeclaration {
+        name: REFERENCE,
         components: &[RGBA, RGB, ALPHA],
         optional: true,
         mask: false,

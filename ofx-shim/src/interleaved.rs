@@ -42,6 +42,17 @@ impl Interleaved {
         })
     }
 
+    /// The pixels of the image.
+    pub(crate) fn rectangle(&self) -> Rectangle {
+        self.rectangle
+    }
+
+    /// Returns a channel, row by row. It must exist.
+    pub(crate) fn plane(&self, channel: usize) -> Vec<f32> {
+        let samples = self.samples.iter().skip(channel);
+        samples.step_by(self.channels).copied().collect()
+    }
+
     /// Number of channels.
     pub(crate) fn channels(&self) -> usize {
         self.channels

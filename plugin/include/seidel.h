@@ -3,7 +3,8 @@
  * Generated from plugin/src by `cargo xtask header`; do not edit.
  *
  * Open a lens with seidel_lens_open, fill a SeidelSettings with seidel_settings_init, describe the images of a plate in
- * a SeidelPlate, and call seidel_apply, seidel_remove or seidel_relens. plugin/examples/apply.c is a complete program.
+ * a SeidelPlate, and call seidel_apply, seidel_remove, seidel_match_colours or seidel_relens. plugin/examples/apply.c is a
+ * complete program.
  *
  * Errors: functions that can fail return a SeidelStatus; seidel_last_error describes the last failure on the calling
  * thread. No panic leaves the library, and it prints nothing but Rust's own panic message on stderr.
@@ -941,6 +942,21 @@ enum SeidelStatus seidel_region_of_interest(const struct SeidelLens *lens,
                                             const struct SeidelPlate *plate,
                                             const struct SeidelRect *window,
                                             struct SeidelRect *region);
+
+/**
+ * Takes the lateral and axial colour of a lens off a plate of R, G and B, and sharpens nothing else: every colour gets the
+ * blur, and the place, of the colour whose blur is of middle size. Alpha does not change. `grain` of the settings is not
+ * used. `output.rect` must lie in the extent. All else, errors included, is as for seidel_remove.
+ *
+ * Pointers:
+ * As for seidel_apply.
+ */
+enum SeidelStatus seidel_match_colours(const struct SeidelLens *lens,
+                                       const struct SeidelSettings *settings,
+                                       const struct SeidelPlate *plate,
+                                       const struct SeidelImage *output,
+                                       const struct SeidelImage *alphas,
+                                       const struct SeidelCallbacks *callbacks);
 
 /**
  * Writes to `*bytes` the most memory that a call takes for a plate, in bytes, beside the caller's own images: with

@@ -33,6 +33,7 @@ mod kernel;
 
 mod region;
 
+mod match_colours;
 mod memory;
 
 mod threads;
@@ -53,6 +54,7 @@ pub use lens::{
     seidel_lens_info, seidel_lens_model, seidel_lens_open, seidel_lens_read, seidel_lens_release,
     seidel_lens_retain,
 };
+pub use match_colours::seidel_match_colours;
 pub use memory::seidel_memory_needed;
 pub use plate::SeidelPlate;
 pub use region::seidel_region_of_interest;

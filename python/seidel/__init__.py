@@ -2,7 +2,7 @@
 
 A ``Lens`` describes the point-spread function (PSF) of a real lens over its field, colour channels and distances. It is
 fitted to measured PSFs. ``apply`` blurs an image as the lens does, guided by its depth; ``remove`` removes the blur of the
-lens that an image was taken with; ``relens`` replaces it by that of another lens; ``measure_lights`` measures PSFs in
+lens that an image was taken with, ``match_colours`` its colour fringes alone; ``relens`` replaces it by that of another lens; ``measure_lights`` measures PSFs in
 photographs; ``diagnose`` finds the effects that a lens lacks against measured PSFs, ``diagnose_pictures`` those against a sharp
 picture and one through the lens.
 
@@ -31,6 +31,7 @@ from ._seidel import (
     blur_share,
     diagnose,
     diagnose_pictures,
+    match_colours,
     measure_lights,
     relens,
     remove,
@@ -63,6 +64,7 @@ __all__ = [
     "blur_share",
     "diagnose",
     "diagnose_pictures",
+    "match_colours",
     "measure_lights",
     "relens",
     "remove",

@@ -21,6 +21,7 @@ __all__ = [
     "blur_share",
     "diagnose",
     "diagnose_pictures",
+    "match_colours",
     "measure_lights",
     "relens",
     "remove",
@@ -200,6 +201,14 @@ def blur_share(
 def relens(
     from_lens: Lens,
     to_lens: Lens,
+    image: NDArray[_Sample],
+    depth: _Depth | None = None,
+    *,
+    settings: Settings | None = None,
+    progress: _Progress | None = None,
+) -> NDArray[_Sample]: ...
+def match_colours(
+    lens: Lens,
     image: NDArray[_Sample],
     depth: _Depth | None = None,
     *,

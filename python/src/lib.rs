@@ -14,6 +14,7 @@ mod error;
 mod fit;
 mod lens;
 mod look;
+mod match_colours;
 mod measure;
 mod observations;
 mod photographs;
@@ -37,6 +38,7 @@ fn seidel(module: &Bound<'_, PyModule>) -> PyResult<()> {
     remove::register(module)?;
     removal::register(module)?;
     relens::register(module)?;
+    match_colours::register(module)?;
     measure::register(module)?;
     diagnose::register(module)?;
     diagnose_pictures::register(module)

@@ -216,6 +216,12 @@ def test_another_lens(lens, image, blur, tmp_path):
     assert_same(seidel.relens(lens, stopped_down, image, 2.5), expected)
 
 
+def test_colour_fringes(lens, image, blur):
+    expected = blur("remove", image, "--distance", "2.5", "--only-chroma")
+    assert not np.array_equal(expected, image)
+    assert_same(seidel.match_colours(lens, image, 2.5), expected)
+
+
 def test_fits(observations, command, tmp_path):
     observations.save(tmp_path / "set")
     command("fit", tmp_path / "set", "-o", tmp_path / "lens.json", "--model", "moments")

@@ -18,6 +18,14 @@ const WIDTH: usize = 90;
 const HEIGHT: usize = 64;
 const NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
+/// Returns a folder with `lens.json` of R, G and B, and `plate.exr` with depth.
+fn lens_and_plate() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_pupil_lens(folder.path(), &["R", "G", "B"]);
+    write_plate(&folder.path().join("plate.exr"), WIDTH, HEIGHT);
+    folder
+}
+
 /// Renders `plate.exr` of `folder` with `lens.json` in the host.
 fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
     try_in_host(folder, depth, knobs).expect("rendered")
@@ -25,16 +33,26 @@ fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
 
 /// Renders as [`in_host`], or returns the plugin's message.
 fn try_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Picture, String> {
-    let plate = folder.join("plate.exr");
-    let feed = |clip: &str, channel: Option<&str>| ClipFile {
-        clip: clip.to_owned(),
-        file: plate.clone(),
-        channel: channel.map(str::to_owned),
-    };
-    let mut feeds = vec![feed("Source", None)];
-    if depth {
-        feeds.push(feed("Depth", Some("Z")));
-    }
+    let depth = depth.then(|| ClipFile {
+        clip: "Depth".to_owned(),
+        file: folder.join("plate.exr"),
+        channel: Some("Z".to_owned()),
+    });
+    try_in_host_with(folder, depth.into_iter().collect(), knobs)
+}
+
+/// Renders as [`try_in_host`], with these inputs beside the source.
+fn try_in_host_with(
+    folder: &Path,
+    inputs: Vec<ClipFile>,
+    knobs: &[(&str, &str)],
+) -> Result<Picture, String> {
+    let mut feeds = vec![ClipFile {
+        clip: "Source".to_owned(),
+        file: folder.join("plate.exr"),
+        channel: None,
+    }];
+    feeds.extend(inputs);
     let lens = folder.join("lens.json").display().to_string();
     let always = [("lens", "Lens File"), ("profile", lens.as_str())];
     let settings = always.iter().chain(knobs);
@@ -84,10 +102,8 @@ fn assert_equals_command(host: &Picture, folder: &Path, line: &str) {
 
 #[test]
 fn apply_equals_the_command() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = lens_and_plate();
     let folder = folder.path();
-    write_pupil_lens(folder, &["R", "G", "B"]);
-    write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
     let depth = [("math", "depth"), ("worldScale", "metres")];
     let host = in_host(folder, true, &depth);
     let line = "apply --lens @lens.json --no-depth-check";
@@ -116,10 +132,8 @@ fn apply_equals_the_command() {
 
 #[test]
 fn the_coc_map_equals_the_command() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = lens_and_plate();
     let folder = folder.path();
-    write_pupil_lens(folder, &["R", "G", "B"]);
-    write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
     let knobs = [
         ("math", "depth"),
         ("worldScale", "metres"),
@@ -129,6 +143,46 @@ fn the_coc_map_equals_the_command() {
     let host = in_host(folder, true, &knobs);
     let line = "apply --lens @lens.json --no-depth-check --amount 2 --show coc";
     assert_equals_command(&host, folder, line);
+}
+
+/// The gap to the command's own result is nothing. Where the photograph is flat instead, it is large.
+#[test]
+fn the_gap_is_where_result_and_reference_differ() {
+    let folder = lens_and_plate();
+    let folder = folder.path();
+    let knobs = [("distance", "2"), ("output", "Gap")];
+    let error = try_in_host(folder, false, &knobs).expect_err("no reference");
+    assert!(error.contains("input Reference; connect"), "{error}");
+    let line = "apply --lens @lens.json --distance 2 @plate.exr -o @out.exr";
+    succeeds(folder, line);
+    let plane = |name: &str| {
+        let mut plane = read_channel(&folder.join("out.exr"), name);
+        for (k, value) in plane.iter_mut().enumerate() {
+            // Half the exposure, and a flat block of R.
+            *value *= 0.5;
+            if name == "R" && (32..48).contains(&(k % WIDTH)) && (16..32).contains(&(k / WIDTH)) {
+                *value = 0.1;
+            }
+        }
+        plane
+    };
+    let photograph = folder.join("photograph.exr");
+    let channels = NAMES.map(|name| (name, plane(name)));
+    write_exr(&photograph, WIDTH, HEIGHT, &channels);
+    let reference = ClipFile {
+        clip: "Reference".to_owned(),
+        file: photograph,
+        channel: None,
+    };
+    let gap = try_in_host_with(folder, vec![reference], &knobs).expect("rendered");
+    assert!(gap.pixel(4, 60)[..3].iter().all(|gap| *gap < 1e-6));
+    let [red, green, _, alpha] = gap.pixel(40, 43) else {
+        panic!("four channels");
+    };
+    assert!(
+        *red > 0.3 && *green < 1e-6 && *alpha == 1.0,
+        "{red} {green} {alpha}"
+    );
 }
 
 #[test]
@@ -337,6 +391,13 @@ fn remove_and_relens_equal_the_command() {
     let common = "--distance 1.6 --noise 0.002 --lens-check off";
     let line = format!("remove --lens @lens.json {common} --no-overscan");
     assert_equals_command(&host, folder, &line);
+    let host = in_host(
+        folder,
+        false,
+        &[&knobs[..], &[("onlyChroma", "on")]].concat(),
+    );
+    let line = "remove --lens @lens.json --distance 1.6 --noise 0.002 --only-chroma";
+    assert_equals_command(&host, folder, line);
     let other = folder.join("other.json").display().to_string();
     let knobs = [
         ("mode", "Relens"),

@@ -12,7 +12,8 @@ const COMMENT: &str = "/* Seidel's C ABI: real lens blur, learned from measured 
  * Generated from plugin/src by `cargo xtask header`; do not edit.
  *
  * Open a lens with seidel_lens_open, fill a SeidelSettings with seidel_settings_init, describe the images of a plate in
- * a SeidelPlate, and call seidel_apply, seidel_remove or seidel_relens. plugin/examples/apply.c is a complete program.
+ * a SeidelPlate, and call seidel_apply, seidel_remove, seidel_match_colours or seidel_relens. plugin/examples/apply.c is a
+ * complete program.
  *
  * Errors: functions that can fail return a SeidelStatus; seidel_last_error describes the last failure on the calling
  * thread. No panic leaves the library, and it prints nothing but Rust's own panic message on stderr.

@@ -31,7 +31,7 @@ pub(super) fn update(effect: &Effect, time: f64) {
     };
     let has_pupil = has_look && looked_at.is_none_or(|l| l.predictor().has_rays());
     let blooms = has_look && knobs.number(&look::BLOOM) > 0.0;
-    let states: [(&Knob, bool); 42] = [
+    let states: [(&Knob, bool); 43] = [
         (
             &output::CHANNELS,
             knobs.choice(&output::OUTPUT) == output::RESULT,
@@ -71,7 +71,11 @@ pub(super) fn update(effect: &Effect, time: f64) {
         (&render::BLUR_INSIDE, !has_removal),
         (&render::USE_HOLDOUT, !has_removal),
         (&remove::STRENGTH, mode == lens::REMOVE),
-        (&remove::GRAIN, mode == lens::REMOVE),
+        (&remove::ONLY_CHROMA, mode == lens::REMOVE),
+        (
+            &remove::GRAIN,
+            mode == lens::REMOVE && !knobs.is_on(&remove::ONLY_CHROMA),
+        ),
         (&remove::NOISE, has_removal),
         (&remove::CLIP, has_removal),
         (

@@ -3,19 +3,20 @@
 use std::ffi::CStr;
 
 use super::Answer;
-use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK};
+use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK, REFERENCE};
 use crate::host::{Call, Result};
 use crate::rendering::project_region;
 use crate::sys::OfxRectD;
 use crate::sys::effect::{CLIP_SOURCE, REGION_OF_INTEREST};
 
 /// The inputs, and the properties that request their regions.
-const INPUTS: [(&CStr, &CStr); 5] = [
+const INPUTS: [(&CStr, &CStr); 6] = [
     (CLIP_SOURCE, c"OfxImageClipPropRoI_Source"),
     (DEPTH, c"OfxImageClipPropRoI_Depth"),
     (HOLDOUT, c"OfxImageClipPropRoI_Holdout"),
     (APERTURE, c"OfxImageClipPropRoI_Aperture"),
     (MASK, c"OfxImageClipPropRoI_Mask"),
+    (REFERENCE, c"OfxImageClipPropRoI_Reference"),
 ];
 
 /// Requests all of each input, since how a part is rendered depends on the whole plate; of the mask, the rendered part. The

@@ -10,12 +10,12 @@ use crate::clips::MASK;
 use crate::geometry::{PixelMap, intersection};
 use crate::host::{Call, Failure, Image, Result};
 use crate::interleaved::Interleaved;
-use crate::knobs::{Knobs, focus, lens, output};
+use crate::knobs::{Knobs, focus, lens, output, remove};
 use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
     FocusRange, Frame, Inputs, MixedChannels, Mixing, Outcome, RenderJob, Source, Task,
-    aperture_picture, draw_psf_grid, field, image_of_input, in_host_pixels, render_window,
+    aperture_picture, draw_psf_grid, field, gap_map, image_of_input, in_host_pixels, render_window,
     tint_by_focus,
 };
 use crate::settings::{
@@ -153,7 +153,12 @@ impl Render<'_, '_> {
                 .with_depth(inputs.depth(knobs, &profile, frame.scale, &geometry)?)
                 .with_holdout(inputs.holdout(knobs, frame.scale, &geometry)?),
             margins: frame.margins,
-            window,
+            // Blocks of the gap are the same for every window.
+            window: if output == output::GAP {
+                frame.extent
+            } else {
+                window
+            },
         };
         let Some(rendered) = job.run(effect).map_err(in_host)? else {
             return Ok(Outcome::Aborted);
@@ -165,6 +170,18 @@ impl Render<'_, '_> {
         }
         if output == output::RESULT {
             self.mix(&mut image)?;
+        }
+        if output == output::GAP {
+            let Some(inner) = window.intersection(&frame.extent) else {
+                return Ok(self.clear_beside(frame.extent, Outcome::DONE));
+            };
+            gap_map(self.call, knobs, frame.map, &image, inner)?.write_to(&self.result);
+            return Ok(self.clear_beside(
+                inner,
+                Outcome::Done {
+                    warnings: rendered.warnings,
+                },
+            ));
         }
         image.write_to(&self.result);
         let warnings = rendered.warnings;
@@ -192,6 +209,14 @@ impl Render<'_, '_> {
             output::CONFIDENCE | output::NOISE_GAIN => Err(Failure::failed(
                 "Output: Confidence and Noise Gain are of removal; set Mode to Remove, or Output to Result.",
             )),
+            _ if mode == lens::REMOVE && self.knobs.is_on(&remove::ONLY_CHROMA) => {
+                if self.original.channels() < 3 {
+                    return Err(Failure::failed(
+                        "Only Chroma: needs a source with R, G and B; connect one, or switch it off.",
+                    ));
+                }
+                Ok(Task::MatchColours)
+            }
             _ if mode == lens::REMOVE => Ok(Task::Remove),
             _ if mode == lens::RELENS => {
                 let profile = chosen_lens(self.knobs, &lens::TO_LENS, &lens::TO_PROFILE)?;

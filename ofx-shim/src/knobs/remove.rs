@@ -14,6 +14,13 @@ pub(crate) static STRENGTH: Knob = Knob {
     },
 };
 
+pub(crate) static ONLY_CHROMA: Knob = Knob {
+    name: c"onlyChroma",
+    label: c"Only Chroma",
+    hint: c"Remove: takes lateral and axial colour off, and sharpens nothing else: every colour gets the blur of the colour whose blur is of middle size.",
+    kind: Kind::Switch(false),
+};
+
 pub(crate) static GRAIN: Knob = Knob {
     name: c"grain",
     label: c"Grain",
@@ -73,5 +80,13 @@ pub(crate) static GROUP: Group = Group {
     name: c"removeGroup",
     label: c"Remove",
     open: false,
-    knobs: &[&STRENGTH, &GRAIN, &NOISE, &CLIP, &CLIP_LEVEL, &CHECK_LENS],
+    knobs: &[
+        &STRENGTH,
+        &ONLY_CHROMA,
+        &GRAIN,
+        &NOISE,
+        &CLIP,
+        &CLIP_LEVEL,
+        &CHECK_LENS,
+    ],
 };

@@ -1,5 +1,7 @@
 //! The source of a render.
 
+use std::ffi::CStr;
+
 use seidel_core::{AlphaKind, Image as CoreImage, Rectangle};
 
 use crate::colour::{AlphaHandling, Encoding};
@@ -23,11 +25,29 @@ impl<'h> Source<'h> {
     /// # Errors
     /// An image of unexpected components or samples.
     pub(crate) fn fetch(call: &Call<'h>) -> Result<Option<Self>> {
-        let Some(clip) = call.effect.clip(CLIP_SOURCE) else {
+        // Hosts that show a source do not all report it as connected.
+        Self::of_clip(call, call.effect.clip(CLIP_SOURCE))
+    }
+
+    /// Fetches an optional input, of colours like the source, or `None` if nothing is connected.
+    ///
+    /// # Errors
+    /// An image of unexpected components or samples.
+    pub(crate) fn fetch_optional(call: &Call<'h>, name: &CStr) -> Result<Option<Self>> {
+        Self::of_clip(call, call.effect.clip(name).filter(Clip::is_connected))
+    }
+
+    fn of_clip(call: &Call<'h>, clip: Option<Clip<'h>>) -> Result<Option<Self>> {
+        let Some(clip) = clip else {
             return Ok(None);
         };
         let image = clip.image(call.time())?;
         Ok(image.map(|image| Self { clip, image }))
+    }
+
+    /// Returns the pixels that the image has, or `None` if it has none.
+    pub(crate) fn rectangle(&self, map: PixelMap) -> Option<Rectangle> {
+        PlateImage::new(&self.image, map).map(|view| view.rectangle())
     }
 
     /// Width of a pixel over its height.

@@ -20,6 +20,8 @@ pub(crate) enum Task {
     Apply,
     /// The plate without the blur of its lens.
     Remove,
+    /// The plate without the colour fringes of its lens.
+    MatchColours,
     /// The confidence of a removal.
     Confidence,
     /// The amplification of noise by a removal.
@@ -146,6 +148,19 @@ impl RenderJob {
                 };
                 let render = || threads::run(effect, work);
                 let result = kept_or_rendered(&prepared, "coc map", None, None, render)?;
+                (result, extent)
+            }
+            Task::MatchColours => {
+                let prepared = Arc::new(prepared);
+                let plate = Arc::clone(&prepared);
+                let work = move |progress: &Progress<'_>| {
+                    Ok(KeptResult {
+                        image: plate.to_image(plate.match_colours(progress)?)?,
+                        warnings: warnings(&plate)?,
+                    })
+                };
+                let render = || threads::run(effect, work);
+                let result = kept_or_rendered(&prepared, "match colours", None, None, render)?;
                 (result, extent)
             }
             Task::Remove | Task::Confidence | Task::NoiseGain => {

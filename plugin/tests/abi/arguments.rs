@@ -76,6 +76,12 @@ fn null_pointers_are_refused_by_every_call() {
         argument(relens(lens.0, null(), &plate, &output), "lens");
         argument(relens(lens.0, lens.0, null(), &output), "plate");
         argument(relens(lens.0, lens.0, &plate, null()), "output");
+        let match_colours = |lens, plate, output| {
+            (exports.match_colours)(lens, &settings, plate, output, null(), null())
+        };
+        argument(match_colours(null(), &plate, &output), "lens");
+        argument(match_colours(lens.0, null(), &output), "plate");
+        argument(match_colours(lens.0, &plate, null()), "output");
         let region_of_interest = |lens, plate, window, region| {
             (exports.region_of_interest)(lens, &settings, plate, window, region)
         };

@@ -1,11 +1,12 @@
-//! `seidel_remove` and `seidel_relens`.
+//! `seidel_remove`, `seidel_match_colours` and `seidel_relens`.
 
 use std::ptr::null;
 
 use seidel_c::*;
 
 use crate::support::{
-    LensHandle, TestImage, apply, assert_ok, assert_refused, exports, plate, rect, settings,
+    LensHandle, TestImage, apply, assert_ok, assert_refused, exports, max_difference, plate, rect,
+    settings,
 };
 
 const AREA: SeidelRect = SeidelRect {
@@ -15,17 +16,22 @@ const AREA: SeidelRect = SeidelRect {
     height: 110,
 };
 
-/// Returns a sharp image: waves and squares.
+/// Returns the brightness of a pixel of a sharp image: waves and squares.
+fn brightness(x: i32, y: i32) -> f32 {
+    let wave = |at: i32, period: f32| (std::f32::consts::TAU * at as f32 / period).sin();
+    let edge = if (x / 30 + y / 25) % 2 == 0 {
+        0.35
+    } else {
+        0.0
+    };
+    0.4 + 0.1 * wave(x, 37.0) + 0.1 * wave(y, 29.0) + edge
+}
+
+/// Returns a sharp image whose channels differ.
 fn sharp(channels: usize) -> TestImage {
+    let shades = [1.0, 0.8, 0.6, 1.0];
     TestImage::from_fn(AREA, channels, |x, y, channel| {
-        let wave = |at: i32, period: f32| (std::f32::consts::TAU * at as f32 / period).sin();
-        let shade = [1.0, 0.8, 0.6, 1.0][channel];
-        let edge = if (x / 30 + y / 25) % 2 == 0 {
-            0.35
-        } else {
-            0.0
-        };
-        shade * (0.4 + 0.1 * wave(x, 37.0) + 0.1 * wave(y, 29.0) + edge)
+        shades[channel] * brightness(x, y)
     })
 }
 
@@ -182,4 +188,35 @@ fn relens_replaces_the_lens() {
     }
     let (before, after) = (error(&first, &want), error(&out, &want));
     assert!(after < 0.3 * before, "{before} {after}");
+}
+
+#[test]
+fn colours_are_matched_without_sharpening() {
+    let lens = LensHandle::new(2.5);
+    let settings = settings();
+    let grey = TestImage::from_fn(AREA, 3, |x, y, _| brightness(x, y));
+    let input = grey.input();
+    let fringed = apply(&lens, &settings, &plate(&input, AREA), AREA);
+    let input = fringed.input();
+    let mut clean = TestImage::black(AREA, 3);
+    let output = clean.output();
+    let call = |source: &SeidelPlate, output: &SeidelImage| {
+        // SAFETY: all pointers are valid.
+        unsafe { (exports().match_colours)(lens.0, &settings, source, output, null(), null()) }
+    };
+    assert_ok(call(&plate(&input, AREA), &output));
+    // G has the blur of middle size.
+    assert_eq!(clean.plane(1), fringed.plane(1));
+    for channel in [0, 2] {
+        let fringe = |image: &TestImage| {
+            let inner = image.cut(rect(25, 25, 100, 60));
+            max_difference(&inner.plane(channel), &inner.plane(1))
+        };
+        let (before, after) = (fringe(&fringed), fringe(&clean));
+        assert!(after < 0.3 * before, "{channel}: {before} {after}");
+    }
+    let one_colour = TestImage::from_fn(AREA, 1, |x, y, _| brightness(x, y));
+    let (input, mut black) = (one_colour.input(), TestImage::black(AREA, 1));
+    let status = call(&plate(&input, AREA), &black.output());
+    assert_refused(status, SeidelStatus::Argument, "one colour");
 }

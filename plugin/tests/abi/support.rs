@@ -76,6 +76,7 @@ pub(crate) struct Exports {
     pub(crate) apply: Apply,
     pub(crate) remove: Remove,
     pub(crate) relens: Relens,
+    pub(crate) match_colours: Apply,
     pub(crate) region_of_interest: Region,
     pub(crate) kernel: Kernel,
     pub(crate) memory: unsafe extern "C" fn(
@@ -122,6 +123,7 @@ pub(crate) fn exports() -> &'static Exports {
             apply: export!("seidel_apply"),
             remove: export!("seidel_remove"),
             relens: export!("seidel_relens"),
+            match_colours: export!("seidel_match_colours"),
             region_of_interest: export!("seidel_region_of_interest"),
             kernel: export!("seidel_kernel"),
             memory: export!("seidel_memory_needed"),

@@ -76,19 +76,9 @@ impl Job<'_> {
         plate: &mut Plate,
     ) -> Result<(), CommandError> {
         let progress = |share| self.removal.show_match_progress(index, share);
-        let mut planes = (loaded.prepared)
+        let planes = (loaded.prepared)
             .match_colours(&progress)
             .map_err(|e| loaded.in_file(e))?;
-        let strength = self.args.strength as f32;
-        for (plane, before) in planes.iter_mut().zip(loaded.prepared.planes()) {
-            for (sample, before) in plane.iter_mut().zip(before) {
-                *sample = if strength < 1.0 {
-                    before + strength * (*sample - before)
-                } else {
-                    *sample
-                };
-            }
-        }
         loaded.put_planes(plate, planes)
     }
 

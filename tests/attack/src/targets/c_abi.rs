@@ -72,7 +72,7 @@ fn call(case: &mut Case, lens: *const SeidelLens) {
     let kind = if case.inputs == Inputs::Sound {
         case.number as usize % 3
     } else {
-        case.rng.below(8)
+        case.rng.below(9)
     };
     let settings: *const SeidelSettings = if case.inputs == Inputs::Damaged && case.rng.once_in(9) {
         null()
@@ -106,11 +106,16 @@ fn call(case: &mut Case, lens: *const SeidelLens) {
                 let mut bytes = 0;
                 seidel_memory_needed(settings, &plate, case.rng.below(3) as u32, &mut bytes)
             }
+            7 => seidel_match_colours(lens, settings, &plate, &output, null(), null()),
             _ => read_names(case, lens),
         }
     };
     check(case, status);
-    if status == SeidelStatus::Ok && kind < 3 && before_finite && !scene.output.is_finite() {
+    if status == SeidelStatus::Ok
+        && matches!(kind, 0..3 | 7)
+        && before_finite
+        && !scene.output.is_finite()
+    {
         case.report(
             Kind::SilentChange,
             format!("call {kind} wrote samples that are not finite"),

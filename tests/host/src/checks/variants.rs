@@ -70,11 +70,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     }
     fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
         let variations = variations(loaded.supports_tiles());
-        for scene in [
-            fixture::scene(),
-            fixture::connect_all(loaded, fixture::scene())?,
-        ] {
-            for settings in subject.kind.variants {
+        let connected = fixture::connect_all(loaded, fixture::scene())?;
+        let more = subject.kind.connected_variants;
+        for (scene, more) in [(fixture::scene(), &[][..]), (connected, more)] {
+            for settings in subject.kind.variants.iter().chain(more) {
                 let instance = fixture::blurring_instance(loaded, subject, &scene)?;
                 fixture::apply(&instance, settings)?;
                 let whole = RenderRequest::of_window(fixture::BOUNDS);

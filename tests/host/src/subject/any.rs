@@ -7,6 +7,7 @@ pub(super) static KIND: PluginKind = PluginKind {
     blur: &[],
     identities: &[],
     variants: &[],
+    connected_variants: &[],
     depth: None,
     mask: None,
     file: None,

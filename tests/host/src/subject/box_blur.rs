@@ -21,6 +21,7 @@ pub(super) static KIND: PluginKind = PluginKind {
             ("useMask", StaticValue::Int(1)),
         ],
     ],
+    connected_variants: &[],
     depth: Some(&[("useDepth", StaticValue::Int(1))]),
     mask: Some(&[("useMask", StaticValue::Int(1))]),
     file: Some(FileParameter {

@@ -56,6 +56,8 @@ pub struct PluginKind {
     pub identities: &'static [Settings],
     /// Other modes: settings on top of `blur`.
     pub variants: &'static [Settings],
+    /// Other modes that need all inputs.
+    pub connected_variants: &'static [Settings],
     /// Settings with which it uses Depth, if it has this clip.
     pub depth: Option<Settings>,
     /// Settings with which it uses Mask, if it has this clip.

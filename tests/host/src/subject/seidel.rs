@@ -22,6 +22,10 @@ pub(super) static KIND: PluginKind = PluginKind {
         &[("mode", StaticValue::Int(2))],
         &[
             ("mode", StaticValue::Int(1)),
+            ("onlyChroma", StaticValue::Int(1)),
+        ],
+        &[
+            ("mode", StaticValue::Int(1)),
             ("output", StaticValue::Int(2)),
         ],
         &[
@@ -47,6 +51,7 @@ pub(super) static KIND: PluginKind = PluginKind {
             ("mix", StaticValue::Double(0.5)),
         ],
     ],
+    connected_variants: &[&[("output", StaticValue::Int(6))]],
     depth: Some(&[("useDepth", StaticValue::Int(1))]),
     mask: Some(&[("useMask", StaticValue::Int(1))]),
     file: Some(FileParameter {
