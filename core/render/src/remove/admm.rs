@@ -29,6 +29,7 @@
 use super::canvas::Canvas;
 use super::gradient::{Gradient, sampled_norms, white_noise_power};
 use super::lens_operator::{Accuracy, LensOperator};
+use super::plug_and_play::refine;
 use super::quadratic::Quadratic;
 use super::vectors::{add_scaled, dot};
 use super::winsorised::WinsorisedStatistics;
@@ -40,6 +41,9 @@ use seidel_optics::error::Result;
 /// l times the mean gradient of the estimate. It would be 1 if gradients had a Laplacian distribution; the value was
 /// chosen on photographs, which are smoother than their gradients suggest.
 const WEIGHT: f64 = 0.15;
+/// The same where the prior of patches follows: it removes the noise that is left, but cannot restore what total variation
+/// has flattened.
+const WEIGHT_BEFORE_PATCHES: f64 = 0.05;
 /// Largest mean gradient, in root mean square gradients of the plate without its noise: larger ones are amplified noise.
 const MAX_MEAN_GRADIENT: f64 = 2.0;
 /// Ratio of residual to noise below which the estimate overfits and l grows.
@@ -74,12 +78,12 @@ pub(super) struct Problem<'a> {
     pub(super) deviation: f64,
     /// Number of iterations.
     pub(super) iterations: usize,
-    pub(super) texture: TextureStep,
+    pub(super) refinement: Refinement,
 }
 
-/// The correction of texture after the last iteration.
+/// The correction of texture and the prior of patches, after the last iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum TextureStep {
+pub(super) enum Refinement {
     Run,
     Skip,
 }
@@ -108,7 +112,11 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
     let mut multiplier = Gradient::zeros(problem.plate.len(), width);
     let mut previous: Option<BlurPair> = None;
     let mut mean_gradient = MAX_MEAN_GRADIENT * problem.plate_gradient();
-    let (mut weight, mut largest_misfit) = (WEIGHT, 0.0_f64);
+    let mut weight = match problem.refinement {
+        Refinement::Run => WEIGHT_BEFORE_PATCHES,
+        Refinement::Skip => WEIGHT,
+    };
+    let mut largest_misfit = 0.0_f64;
     let mut quadratic = Quadratic {
         data_weight,
         penalty: 0.0,
@@ -147,12 +155,13 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
         }
     }
     estimate = problem.blur(estimate.image, Accuracy::Final)?;
-    if problem.texture == TextureStep::Run {
+    if problem.refinement == Refinement::Run {
         let residual = problem.weighted_residual(&estimate, 1.0);
         let correction =
             (problem.operator).texture_correction(&estimate.image, &residual, problem.deviation)?;
         add_scaled(&mut estimate.image, &correction, 1.0);
         estimate = problem.blur(estimate.image, Accuracy::Final)?;
+        estimate = refine(problem, estimate)?;
     }
     Ok(Solution {
         estimate,
@@ -218,7 +227,8 @@ impl Problem<'_> {
             .collect()
     }
 
-    fn blur(&self, image: Vec<f32>, accuracy: Accuracy) -> Result<BlurPair> {
+    /// Returns `image` with its blurred version.
+    pub(super) fn blur(&self, image: Vec<f32>, accuracy: Accuracy) -> Result<BlurPair> {
         Ok(BlurPair {
             blurred: self.operator.apply(&image, accuracy)?,
             image,

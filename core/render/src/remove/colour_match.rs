@@ -12,7 +12,7 @@
 //! proportional to 1 / |D|². The filter works on local spectra. Lights are taken off before it, and come back blurred as the
 //! reference is.
 
-use super::admm::TextureStep;
+use super::admm::Refinement;
 use super::deconvolver::{MODEL_ERROR, Variant, is_uniform};
 use super::gradient::sampled_norms;
 use super::hole_filling::fill_holes;
@@ -58,7 +58,7 @@ impl Deconvolver {
             highlights,
             variant: Variant {
                 model_error: MODEL_ERROR,
-                texture: TextureStep::Skip,
+                refinement: Refinement::Skip,
                 lights: self.lights,
             },
         };

@@ -1,6 +1,6 @@
 //! The deconvolution of planes: what each plane keeps of its blur, the problem that is solved, and its result.
 
-use super::admm::{Problem, TextureStep, solve};
+use super::admm::{Problem, Refinement, solve};
 use super::hole_filling::fill_holes;
 use super::noise_model::NoiseModel;
 use super::separation::{PlateInputs, Separated};
@@ -43,12 +43,13 @@ pub enum Lights {
 }
 
 impl Default for Deconvolver {
-    /// Seven iterations, which take about ten times the time of one blur (docs/background/remove.md).
+    /// Ten iterations. With the steps that follow they take about 18 times the time of one blur
+    /// (docs/background/remove.md).
     fn default() -> Self {
         Self {
             noise: None,
             saturation: Saturation::Auto,
-            iterations: 7,
+            iterations: 10,
             lights: Lights::Separate,
         }
     }
@@ -102,7 +103,7 @@ impl SharpPlane {
 pub(super) struct Variant {
     /// Relative error of lens and operator.
     pub(super) model_error: f64,
-    pub(super) texture: TextureStep,
+    pub(super) refinement: Refinement,
     pub(super) lights: Lights,
 }
 
@@ -139,7 +140,7 @@ impl Deconvolver {
     ) -> Result<Vec<SharpPlane>> {
         let variant = Variant {
             model_error: MODEL_ERROR,
-            texture: TextureStep::Run,
+            refinement: Refinement::Run,
             lights: self.lights,
         };
         self.remove_variant(variant, highlights, scene, planes, progress)
@@ -234,7 +235,7 @@ impl Deconvolver {
             noise,
             deviation: noise_model.deviation(),
             iterations: self.iterations,
-            texture: plate.variant.texture,
+            refinement: plate.variant.refinement,
         };
         let solution = solve(&problem, &solver_progress)?;
         let residual = problem.residual(&solution.estimate);

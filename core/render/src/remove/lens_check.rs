@@ -10,7 +10,7 @@
 //! x_q is the sharp image once the share q of the lens's blur is removed, and D the gradient. The first term is the
 //! normalised sparsity measure of Krishnan, Tay and Fergus (2011).
 
-use super::admm::TextureStep;
+use super::admm::Refinement;
 use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
 use super::gradient::{norms, sampled_norms, white_noise_power};
@@ -49,6 +49,8 @@ const MIN_SHARPENED: f64 = 0.4;
 /// Relative error of lens and operator, larger than in a removal: gradients must not come from the ringing that such errors
 /// cause.
 const MODEL_ERROR: f64 = 6e-3;
+/// Number of ADMM iterations: fewer than in a removal, since the score needs gradients alone.
+const ITERATIONS: usize = 7;
 
 /// The score of each share: low where gradients are sparse and small.
 type Scores = [f64; SHARES.len()];
@@ -195,13 +197,17 @@ impl Trial<'_> {
         };
         let variant = Variant {
             model_error: MODEL_ERROR,
-            texture: TextureStep::Skip,
+            refinement: Refinement::Skip,
             lights: Lights::KeepBlur,
         };
         let highlights = Highlights::detect(&[plane], self.tile.width);
         let progress = |share: f64| progress((done as f64 + share) / SHARES.len() as f64);
+        let deconvolver = Deconvolver {
+            iterations: ITERATIONS,
+            ..*self.deconvolver
+        };
         let mut planes =
-            (self.deconvolver).remove_variant(variant, &highlights, &part, &[plane], &progress)?;
+            deconvolver.remove_variant(variant, &highlights, &part, &[plane], &progress)?;
         Ok(planes.swap_remove(0))
     }
 

@@ -8,7 +8,8 @@
 //!
 //! A is the lens as a linear operator (`lens_operator`), W weighs samples (`noise_model`), D is the gradient in four
 //! directions (`gradient`) and l the regularisation weight. This is total-variation deconvolution. It is solved by ADMM
-//! (`admm`), and a Wiener filter corrects texture in the end (`texture`). Docs: `docs/background/remove.md`.
+//! (`admm`). In the end a Wiener filter corrects texture (`texture`), and a prior of patches takes the place of total
+//! variation (`plug_and_play`). Docs: `docs/background/remove.md`.
 //!
 //! | part | estimated from |
 //! | --- | --- |
@@ -20,8 +21,10 @@
 //! image. Clipped samples (`saturation`), [`Highlights`] and the pixels that get their light keep their blur.
 
 mod admm;
+mod block_matching;
 mod canvas;
 mod change_map;
+mod collaborative_filter;
 mod colour_match;
 mod deconvolver;
 mod depth_layer;
@@ -36,10 +39,12 @@ mod light_fit;
 mod light_kernels;
 mod light_lattice;
 mod light_sources;
+mod local_mean;
 mod noise_estimate;
 mod noise_gain;
 mod noise_model;
 mod overlapping_tiles;
+mod plug_and_play;
 mod quadratic;
 mod saturation;
 mod separation;

@@ -38,7 +38,7 @@ const TEXTURE_EVENNESS: [f32; 2] = [0.25, 0.35];
 const TEXTURE_GRADIENT: [f32; 2] = [0.3, 1.2];
 /// Root mean square residuals between which s rises from 0 to 1, in standard deviations of the noise: larger ones are
 /// errors of the model, and fitting them makes the image ring.
-const EXPLAINED_RESIDUAL: [f32; 2] = [2.0, 1.2];
+pub(super) const EXPLAINED_RESIDUAL: [f32; 2] = [2.0, 1.2];
 
 /// An estimate of a plane's sharp image.
 pub(super) struct Estimate<'a> {
