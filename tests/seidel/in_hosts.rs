@@ -14,26 +14,39 @@ use crate::support::{
     read_channel, succeeds, write_exr, write_moments_lens, write_plate, write_pupil_lens,
 };
 
-const WIDTH: usize = 90;
-const HEIGHT: usize = 64;
-const NAMES: [&str; 4] = ["R", "G", "B", "A"];
+pub(crate) const WIDTH: usize = 90;
+pub(crate) const HEIGHT: usize = 64;
+pub(crate) const NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
 /// Returns a folder with `lens.json` of R, G and B, and `plate.exr` with depth.
-fn lens_and_plate() -> tempfile::TempDir {
+pub(crate) fn lens_and_plate() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     write_pupil_lens(folder.path(), &["R", "G", "B"]);
     write_plate(&folder.path().join("plate.exr"), WIDTH, HEIGHT);
     folder
 }
 
+/// The input Depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DepthInput {
+    /// Nothing.
+    None,
+    /// Channel Z of the plate.
+    OfPlate,
+}
+
 /// Renders `plate.exr` of `folder` with `lens.json` in the host.
-fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
+pub(crate) fn in_host(folder: &Path, depth: DepthInput, knobs: &[(&str, &str)]) -> Picture {
     try_in_host(folder, depth, knobs).expect("rendered")
 }
 
 /// Renders as [`in_host`], or returns the plugin's message.
-fn try_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Picture, String> {
-    let depth = depth.then(|| ClipFile {
+pub(crate) fn try_in_host(
+    folder: &Path,
+    depth: DepthInput,
+    knobs: &[(&str, &str)],
+) -> Result<Picture, String> {
+    let depth = (depth == DepthInput::OfPlate).then(|| ClipFile {
         clip: "Depth".to_owned(),
         file: folder.join("plate.exr"),
         channel: Some("Z".to_owned()),
@@ -42,7 +55,7 @@ fn try_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Pic
 }
 
 /// Renders as [`try_in_host`], with these inputs beside the source.
-fn try_in_host_with(
+pub(crate) fn try_in_host_with(
     folder: &Path,
     inputs: Vec<ClipFile>,
     knobs: &[(&str, &str)],
@@ -81,7 +94,7 @@ fn write_shades(folder: &Path, sample: impl Fn(f32, usize) -> f32) {
 
 /// Asserts that the command gives bit-identical samples, and that they differ from the plate's.
 #[track_caller]
-fn assert_equals_command(host: &Picture, folder: &Path, line: &str) {
+pub(crate) fn assert_equals_command(host: &Picture, folder: &Path, line: &str) {
     succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
     let mut changed = false;
     let (width, height) = (host.bounds.width(), host.bounds.height());
@@ -105,7 +118,7 @@ fn apply_equals_the_command() {
     let folder = lens_and_plate();
     let folder = folder.path();
     let depth = [("math", "depth"), ("worldScale", "metres")];
-    let host = in_host(folder, true, &depth);
+    let host = in_host(folder, DepthInput::OfPlate, &depth);
     let line = "apply --lens @lens.json --no-depth-check";
     assert_equals_command(&host, folder, line);
     let more = [
@@ -119,70 +132,19 @@ fn apply_equals_the_command() {
         ("edge", "Nearest"),
         ("fillForeground", "off"),
     ];
-    let host = in_host(folder, true, &[&depth[..], &more].concat());
+    let host = in_host(folder, DepthInput::OfPlate, &[&depth[..], &more].concat());
     let line = format!(
         "{line} --amount 1.5 --channel-scale R=1.2 --focus-distance 2 --depth-of-field 0.2 \
          --front-multiplier 1.5 --maximum-size 8 --edges extend --no-fill-foreground"
     );
     assert_equals_command(&host, folder, &line);
-    let host = in_host(folder, false, &[("distance", "1.5"), ("edge", "Black")]);
+    let host = in_host(
+        folder,
+        DepthInput::None,
+        &[("distance", "1.5"), ("edge", "Black")],
+    );
     let line = "apply --lens @lens.json --distance 1.5 --edges black";
     assert_equals_command(&host, folder, line);
-}
-
-#[test]
-fn the_coc_map_equals_the_command() {
-    let folder = lens_and_plate();
-    let folder = folder.path();
-    let knobs = [
-        ("math", "depth"),
-        ("worldScale", "metres"),
-        ("output", "CoC Map"),
-        ("amount", "2"),
-    ];
-    let host = in_host(folder, true, &knobs);
-    let line = "apply --lens @lens.json --no-depth-check --amount 2 --show coc";
-    assert_equals_command(&host, folder, line);
-}
-
-/// The gap to the command's own result is nothing. Where the photograph is flat instead, it is large.
-#[test]
-fn the_gap_is_where_result_and_reference_differ() {
-    let folder = lens_and_plate();
-    let folder = folder.path();
-    let knobs = [("distance", "2"), ("output", "Gap")];
-    let error = try_in_host(folder, false, &knobs).expect_err("no reference");
-    assert!(error.contains("input Reference; connect"), "{error}");
-    let line = "apply --lens @lens.json --distance 2 @plate.exr -o @out.exr";
-    succeeds(folder, line);
-    let plane = |name: &str| {
-        let mut plane = read_channel(&folder.join("out.exr"), name);
-        for (k, value) in plane.iter_mut().enumerate() {
-            // Half the exposure, and a flat block of R.
-            *value *= 0.5;
-            if name == "R" && (32..48).contains(&(k % WIDTH)) && (16..32).contains(&(k / WIDTH)) {
-                *value = 0.1;
-            }
-        }
-        plane
-    };
-    let photograph = folder.join("photograph.exr");
-    let channels = NAMES.map(|name| (name, plane(name)));
-    write_exr(&photograph, WIDTH, HEIGHT, &channels);
-    let reference = ClipFile {
-        clip: "Reference".to_owned(),
-        file: photograph,
-        channel: None,
-    };
-    let gap = try_in_host_with(folder, vec![reference], &knobs).expect("rendered");
-    assert!(gap.pixel(4, 60)[..3].iter().all(|gap| *gap < 1e-6));
-    let [red, green, _, alpha] = gap.pixel(40, 43) else {
-        panic!("four channels");
-    };
-    assert!(
-        *red > 0.3 && *green < 1e-6 && *alpha == 1.0,
-        "{red} {green} {alpha}"
-    );
 }
 
 #[test]
@@ -193,7 +155,7 @@ fn messages_count_pixels_as_the_host_does() {
     // Column 7 of the third row from the top.
     let sample = |shade: f32, k: usize| if k == 2 * WIDTH + 7 { f32::NAN } else { shade };
     write_shades(folder, sample);
-    let error = try_in_host(folder, false, &[("distance", "2")]).expect_err("a NaN");
+    let error = try_in_host(folder, DepthInput::None, &[("distance", "2")]).expect_err("a NaN");
     let place = format!("Source: channel R, pixel (x 7, y {}) is NaN", HEIGHT - 3);
     assert!(error.contains(&place), "{error}");
 }
@@ -228,7 +190,7 @@ fn lens_folder_in_the_host() {
     let folder = Path::new(&folder);
     let by_menu = |options: &[(&str, &str)]| {
         let always = [("lens", "Portrait 85 mm f/1.4"), ("profile", "")];
-        in_host(folder, false, &[&always[..], options].concat())
+        in_host(folder, DepthInput::None, &[&always[..], options].concat())
     };
     let chosen = by_menu(&[("lensFolder", "own lens"), ("distance", "1.5")]);
     let line = "apply --lens @lens.json --distance 1.5";
@@ -244,7 +206,7 @@ fn looks_equal_the_command() {
     write_shades(folder, lamps);
     let near = [("distance", "1.2"), ("focus", "Focus Distance")];
     let line = "apply --lens @lens.json --distance 1.2 --focus-distance 2";
-    let measured = in_host(folder, false, &near);
+    let measured = in_host(folder, DepthInput::None, &near);
     assert_equals_command(&measured, folder, line);
     let iris = [
         ("blades", "6"),
@@ -268,7 +230,7 @@ fn looks_equal_the_command() {
     let rest_options = "--blades 0 --cats-eye 0.8 --spherical -0.7 --axial-colour 3 \
                         --lateral-colour -2 --bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
     for (knobs, options) in [(&iris[..], iris_options), (&rest[..], rest_options)] {
-        let host = in_host(folder, false, &[&near[..], knobs].concat());
+        let host = in_host(folder, DepthInput::None, &[&near[..], knobs].concat());
         assert_equals_command(&host, folder, &format!("{line} {options}"));
         assert_ne!(host.samples, measured.samples, "{options}");
     }
@@ -282,17 +244,17 @@ fn looks_equal_the_command() {
         ("distance", "1.2"),
         ("noise", "0.002"),
     ];
-    let host = in_host(folder, false, &[&relens[..], &iris].concat());
+    let host = in_host(folder, DepthInput::None, &[&relens[..], &iris].concat());
     let line =
         "relens --from @lens.json --to @other.json --distance 1.2 --noise 0.002 --lens-check off";
     assert_equals_command(&host, folder, &format!("{line} {iris_options}"));
     // Remove: the look is that of the lens that took the plate.
     let remove = [("mode", "Remove"), ("distance", "1.2"), ("noise", "0.002")];
-    let plain = in_host(folder, false, &remove);
-    let same = in_host(folder, false, &[&remove[..], &iris].concat());
+    let plain = in_host(folder, DepthInput::None, &remove);
+    let same = in_host(folder, DepthInput::None, &[&remove[..], &iris].concat());
     assert_eq!(plain.samples, same.samples);
     write_moments_lens(folder, &["R", "G", "B"]);
-    let refused = try_in_host(folder, false, &[&near[..1], &iris].concat());
+    let refused = try_in_host(folder, DepthInput::None, &[&near[..1], &iris].concat());
     let report = refused.expect_err("no pupil");
     for word in [
         "Look: 6 blades",
@@ -302,7 +264,7 @@ fn looks_equal_the_command() {
         assert!(report.contains(word), "{report}");
     }
     // Bloom is of the plate, not of the lens.
-    let host = in_host(folder, false, &[&near[..1], &rest[5..]].concat());
+    let host = in_host(folder, DepthInput::None, &[&near[..1], &rest[5..]].concat());
     let line = "apply --lens @lens.json --distance 1.2";
     let bloom = "--bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
     assert_equals_command(&host, folder, &format!("{line} {bloom}"));
@@ -356,7 +318,7 @@ fn pictures_of_the_aperture_equal_the_command() {
     let line = "apply --lens @lens.json --distance 1.2";
     let picture = "--aperture-picture @aperture.exr";
     assert_equals_command(&host, folder, &format!("{line} {picture}"));
-    let plain = in_host(folder, false, &[("distance", "1.2")]);
+    let plain = in_host(folder, DepthInput::None, &[("distance", "1.2")]);
     assert_ne!(host.samples, plain.samples);
     let report = render(&[source]).expect_err("no picture");
     assert!(report.contains("Use Aperture"), "{report}");
@@ -369,7 +331,11 @@ fn lenses_of_the_library_equal_the_command() {
     write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
     for name in ["macro-100", "mirror-500"] {
         let label = format!("Library: {name}");
-        let host = in_host(folder, false, &[("lens", &label), ("distance", "3")]);
+        let host = in_host(
+            folder,
+            DepthInput::None,
+            &[("lens", &label), ("distance", "3")],
+        );
         let line = format!("apply --lens library:{name} --distance 3");
         assert_equals_command(&host, folder, &line);
     }
@@ -387,13 +353,13 @@ fn remove_and_relens_equal_the_command() {
     };
     write_shades(folder, sample);
     let knobs = [("mode", "Remove"), ("distance", "1.6"), ("noise", "0.002")];
-    let host = in_host(folder, false, &knobs);
+    let host = in_host(folder, DepthInput::None, &knobs);
     let common = "--distance 1.6 --noise 0.002 --lens-check off";
     let line = format!("remove --lens @lens.json {common} --no-overscan");
     assert_equals_command(&host, folder, &line);
     let host = in_host(
         folder,
-        false,
+        DepthInput::None,
         &[&knobs[..], &[("onlyChroma", "on")]].concat(),
     );
     let line = "remove --lens @lens.json --distance 1.6 --noise 0.002 --only-chroma";
@@ -407,7 +373,7 @@ fn remove_and_relens_equal_the_command() {
         ("distance", "1.6"),
         ("noise", "0.002"),
     ];
-    let host = in_host(folder, false, &knobs);
+    let host = in_host(folder, DepthInput::None, &knobs);
     let line = format!("relens --from @lens.json --to @other.json --amount 0.7 {common}");
     assert_equals_command(&host, folder, &line);
 }
@@ -422,9 +388,9 @@ fn the_lens_check_equals_the_command() {
     let knobs = [("mode", "Remove"), ("lensScale", "1"), ("distance", "1.6")];
     let pressed = [&knobs[..], &[("checkLens", "")]].concat();
     let line = "remove --lens @lens.json --lens-scale 1 --distance 1.6 --no-overscan";
-    assert_equals_command(&in_host(folder, false, &pressed), folder, line);
+    assert_equals_command(&in_host(folder, DepthInput::None, &pressed), folder, line);
     let off = format!("{line} --lens-check off");
-    assert_equals_command(&in_host(folder, false, &knobs), folder, &off);
+    assert_equals_command(&in_host(folder, DepthInput::None, &knobs), folder, &off);
 }
 
 /// Writes a plate of ARRI LogC4 codes, with highlights.
@@ -446,7 +412,7 @@ fn log_plates_are_blurred_as_light() {
     write_log_plate(folder);
     let host = in_host(
         folder,
-        false,
+        DepthInput::None,
         &[("distance", "1.5"), ("sourceCodes", "ARRI LogC4")],
     );
     let line = "apply --lens @lens.json --distance 1.5 @plate.exr -o";
@@ -500,7 +466,7 @@ fn opencolorio_configs_equal_the_command() {
             "--ocio ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1 --in-space ACEScct",
         ),
     ] {
-        let host = in_host(folder, false, &[&common[..], knobs].concat());
+        let host = in_host(folder, DepthInput::None, &[&common[..], knobs].concat());
         assert_equals_command(&host, folder, &format!("{line} {options}"));
     }
     let removing = [
@@ -509,7 +475,7 @@ fn opencolorio_configs_equal_the_command() {
         ("ocioConfig", "seidel"),
         ("sourceSpace", "logc4"),
     ];
-    let host = in_host(folder, false, &[&common[..], &removing].concat());
+    let host = in_host(folder, DepthInput::None, &[&common[..], &removing].concat());
     let line =
         "remove --lens @lens.json --distance 1.5 --noise 0.002 --lens-check off --no-overscan";
     let line = format!("{line} --ocio seidel --in-space logc4");
@@ -523,7 +489,7 @@ fn opencolorio_configs_equal_the_command() {
     let broken = [("ocioConfig", "seidel"), ("sourceSpace", "logc4")];
     let scrubbed = [&common[..], &broken, &[("scrub", "on")]].concat();
     let line = "apply --lens @lens.json --distance 1.5 --ocio seidel --in-space logc4 --scrub";
-    assert_equals_command(&in_host(folder, false, &scrubbed), folder, line);
+    assert_equals_command(&in_host(folder, DepthInput::None, &scrubbed), folder, line);
     for (knobs, words) in [
         (&broken[..], &["1 sample", "`ARRI LogC4`", "Scrub"][..]),
         (
@@ -539,7 +505,7 @@ fn opencolorio_configs_equal_the_command() {
             &["no such.ocio"],
         ),
     ] {
-        let report = try_in_host(folder, false, &[&common[..], knobs].concat());
+        let report = try_in_host(folder, DepthInput::None, &[&common[..], knobs].concat());
         let report = report.expect_err("refused");
         for word in words {
             assert!(report.contains(word), "{report}");
@@ -574,9 +540,13 @@ fn an_element_grows_as_with_the_command() {
         ("bloomRadius", "0.5"),
     ];
     // The source fills the project, so nothing grows by itself.
-    let own = in_host(folder, false, &knobs);
+    let own = in_host(folder, DepthInput::None, &knobs);
     assert_eq!((own.bounds.width(), own.bounds.height()), (WIDTH, HEIGHT));
-    let grown = in_host(folder, false, &[&knobs[..], &[("expand", "On")]].concat());
+    let grown = in_host(
+        folder,
+        DepthInput::None,
+        &[&knobs[..], &[("expand", "On")]].concat(),
+    );
     let (left, below) = (grown.bounds.x1, grown.bounds.y1);
     assert!(left < 0 && below < 0, "{:?}", grown.bounds);
     let line = "apply --lens @lens.json --distance 1 --quality exact --expand on --bloom 0.4 \

@@ -23,6 +23,7 @@ mod focus;
 mod formats;
 mod gap;
 mod golden;
+mod host_views;
 mod hostile;
 mod in_hosts;
 mod info;

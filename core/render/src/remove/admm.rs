@@ -62,6 +62,8 @@ const MIN_STRENGTH: f64 = 20.0;
 /// Least residual that is treated as noise, as a share of the largest so far. Where the kernel varies much within a tile,
 /// the preconditioner is poor, and the image would ring long before it fits the plate.
 const MIN_RESIDUAL_SHARE: f64 = 0.25;
+/// Share of the progress that the iterations take where a refinement follows them.
+const ITERATIONS_SHARE: f64 = 0.6;
 
 /// The deconvolution of one plane.
 pub(super) struct Problem<'a> {
@@ -112,9 +114,9 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
     let mut multiplier = Gradient::zeros(problem.plate.len(), width);
     let mut previous: Option<BlurPair> = None;
     let mut mean_gradient = MAX_MEAN_GRADIENT * problem.plate_gradient();
-    let mut weight = match problem.refinement {
-        Refinement::Run => WEIGHT_BEFORE_PATCHES,
-        Refinement::Skip => WEIGHT,
+    let (mut weight, iterations_share) = match problem.refinement {
+        Refinement::Run => (WEIGHT_BEFORE_PATCHES, ITERATIONS_SHARE),
+        Refinement::Skip => (WEIGHT, 1.0),
     };
     let mut largest_misfit = 0.0_f64;
     let mut quadratic = Quadratic {
@@ -122,7 +124,7 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
         penalty: 0.0,
     };
     for iteration in 0..problem.iterations {
-        if !progress(iteration as f64 / problem.iterations as f64) {
+        if !progress(iterations_share * iteration as f64 / problem.iterations as f64) {
             return Err(cancelled());
         }
         // It never grows: ringing has gradients of its own.
@@ -161,7 +163,9 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
             (problem.operator).texture_correction(&estimate.image, &residual, problem.deviation)?;
         add_scaled(&mut estimate.image, &correction, 1.0);
         estimate = problem.blur(estimate.image, Accuracy::Final)?;
-        estimate = refine(problem, estimate)?;
+        estimate = refine(problem, estimate, &|share| {
+            progress(ITERATIONS_SHARE + (1.0 - ITERATIONS_SHARE) * share)
+        })?;
     }
     Ok(Solution {
         estimate,

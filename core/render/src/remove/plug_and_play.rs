@@ -27,8 +27,10 @@ use super::lens_operator::Accuracy;
 use super::local_mean::average_locally;
 use super::ramp;
 use super::texture::EXPLAINED_RESIDUAL;
+use crate::cancelled;
 use rayon::prelude::*;
 use seidel_fourier::Complex;
+use seidel_optics::Progress;
 use seidel_optics::error::Result;
 
 /// q in each round: the noise that is removed, in standard deviations of the plate's. Chosen on the photographs of
@@ -43,16 +45,23 @@ const DETAIL_GRADIENT: [f32; 2] = [1.0, 3.0];
 /// Largest residual and gradient that counts, in standard deviations of the noise, so that local sums stay exact.
 const LARGEST: f32 = 1e3;
 
-/// Improves the `estimate` of a solved `problem`.
+/// Improves the `estimate` of a solved `problem`. `progress` gets the share done.
 ///
 /// # Errors
-/// Those of the lens operator.
-pub(super) fn refine(problem: &Problem, mut estimate: BlurPair) -> Result<BlurPair> {
+/// Those of the lens operator, and cancellation by `progress`.
+pub(super) fn refine(
+    problem: &Problem,
+    mut estimate: BlurPair,
+    progress: &Progress,
+) -> Result<BlurPair> {
     let Some(groups) = PatchGroups::find(&estimate.image, problem.width()) else {
         return Ok(estimate);
     };
     let strengths = strengths(problem, &estimate);
-    for deviation in DEVIATIONS {
+    for (round, deviation) in DEVIATIONS.into_iter().enumerate() {
+        if !progress(round as f64 / DEVIATIONS.len() as f64) {
+            return Err(cancelled());
+        }
         let noisy = fitted_image(problem, &estimate, &strengths, deviation)?;
         let noise = (deviation * problem.deviation) as f32;
         let image = collaborative_filter(&noisy, &estimate.image, &groups, noise);
