@@ -290,6 +290,9 @@ def test_diagnoses_pictures(lens, command, tmp_path):
     )
     assert shares[0] == 0.0 and shares[-1] == 1.0 and shares == sorted(shares)
     expected = json.loads((out / "report.json").read_text().replace(".exr", ""))
+    # The command names the files.
+    remark = expected["remarks"].pop()
+    assert remark.startswith(f"{len(diagnosis.estimated)} PSFs were estimated from reference")
     for key, value in diagnosis.report.items():
         assert expected[key] == value, key
     assert diagnosis.added == ["defocus_offset"] == expected["added"]

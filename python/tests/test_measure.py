@@ -25,9 +25,13 @@ def measured(counts):
         return seidel.measure_lights(counts, distance=3.0, **LEVELS)
 
 
+# What the command writes beside the set.
+PAGES = ("left_out.json", "report.html", "sheet.png")
+
+
 def files(folder):
     paths = [path.relative_to(folder) for path in folder.rglob("*.*")]
-    return sorted(path for path in paths if path.name not in ("left_out.json", "sheet.png"))
+    return sorted(path for path in paths if path.name not in PAGES)
 
 
 def test_the_set_is_that_of_the_command(counts, measured, command, tmp_path):
