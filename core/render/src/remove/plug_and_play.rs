@@ -6,8 +6,8 @@
 //! |A x - b|² / (2 s²) + |x - v|² / (2 q² s²)
 //! ```
 //!
-//! over x, and a prior of patches over v. The first is v plus a Wiener estimate of what its residual lacks, on local spectra:
-//! x = v + g F(b - A v), with F the filter h* / (|h|² + 1 / q²) and h the transfer function. The second removes noise of the
+//! over x, and a prior of patches over v. The first minimum is x = v + g F(b - A v). F is a Wiener filter of local spectra,
+//! h* / (|h|² + 1 / q²), with h the transfer function. The second removes noise of the
 //! standard deviation q s from x by collaborative filtering, with v as the pilot (`collaborative_filter`). Total variation
 //! knows the gradients at a pixel alone; this prior keeps what similar patches have in common.
 //!
