@@ -41,13 +41,23 @@ impl TileFft {
         self.side / 2 + 1
     }
 
-    /// Returns the spectrum of `kernel` around the origin: its transfer function.
-    pub(super) fn transfer_function(&self, kernel: &LocalKernel) -> Vec<Complex<f32>> {
+    /// Returns the spectrum of `kernel` around the origin: its transfer function, on a plane of `size` px.
+    ///
+    /// What the kernel throws further than the plane is wide or high is left out: it reaches no pixel.
+    pub(super) fn transfer_function(
+        &self,
+        kernel: &LocalKernel,
+        size: (usize, usize),
+    ) -> Vec<Complex<f32>> {
         let mut tile = vec![0.0; self.side * self.side];
+        let reaches = |offset: i32, side: usize| (offset.unsigned_abs() as usize) < side;
         let wrap = |at: i32| at.rem_euclid(self.side as i32) as usize;
         for (k, weight) in kernel.weights.iter().enumerate() {
-            let (x, y) = ((k % kernel.width) as i32, (k / kernel.width) as i32);
-            tile[wrap(kernel.top + y) * self.side + wrap(kernel.left + x)] += weight;
+            let x = kernel.left + (k % kernel.width) as i32;
+            let y = kernel.top + (k / kernel.width) as i32;
+            if reaches(x, size.0) && reaches(y, size.1) {
+                tile[wrap(y) * self.side + wrap(x)] += weight;
+            }
         }
         let mut buffers = FftBuffers::default();
         self.forward(&mut tile, &mut buffers);

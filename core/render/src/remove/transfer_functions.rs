@@ -32,6 +32,19 @@ pub(super) struct TransferFunctions {
     fft: TileFft,
 }
 
+/// Returns the side of the tiles of a plane of `size` px for a kernel of the width `widest`, px.
+///
+/// No two pixels of the plane are further apart than its longer side, so a tile of twice that side holds all that a
+/// kernel can do.
+fn tile_side(size: (usize, usize), widest: f64) -> usize {
+    let enough = MAX_SIDE.min(2 * size.0.max(size.1));
+    let mut side = MIN_SIDE;
+    while side < enough && (side as f64) < SIDE_IN_KERNELS * widest {
+        side *= 2;
+    }
+    side
+}
+
 impl TransferFunctions {
     /// Computes the transfer functions of `scene`, at one vergence, for a plane with these channel `weights`.
     ///
@@ -41,15 +54,13 @@ impl TransferFunctions {
         let kernels = LocalKernels::new(scene, weights)?;
         let reach = kernel_reach(scene, RenderWindow::whole(scene), kernels.vergence_per_m());
         let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
-        let mut side = MIN_SIDE;
-        while side < MAX_SIDE && (side as f64) < SIDE_IN_KERNELS * widest {
-            side *= 2;
-        }
+        let size = (scene.width, scene.height);
+        let side = tile_side(size, widest);
         let fft = TileFft::new(side);
-        let tiles = OverlappingTiles::new((scene.width, scene.height), side);
+        let tiles = OverlappingTiles::new(size, side);
         let spectra = (tiles.tiles)
             .par_iter()
-            .map(|tile| Ok(fft.transfer_function(&kernels.at(tiles.centre(*tile))?)))
+            .map(|tile| Ok(fft.transfer_function(&kernels.at(tiles.centre(*tile))?, size)))
             .collect::<Result<_>>()?;
         let frequency = |k: usize| k as f64 / side as f64;
         let gradient_power = (0..fft.column_count())
@@ -205,5 +216,20 @@ impl TransferFunctions {
             })
             .flatten()
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_as_wide_as_the_kernel_but_no_wider_than_a_small_plane_needs() {
+        assert_eq!(tile_side((1920, 1080), 10.0), 48);
+        assert_eq!(tile_side((1920, 1080), 100.0), 192);
+        assert_eq!(tile_side((1920, 1080), 5000.0), 768);
+        assert_eq!(tile_side((48, 40), 5000.0), 96);
+        assert_eq!(tile_side((40, 50), 5000.0), 192);
+        assert_eq!(tile_side((1, 1), 5000.0), 48);
     }
 }
