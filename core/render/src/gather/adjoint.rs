@@ -5,7 +5,7 @@
 //! <A x, y> = <x, A^T y> to rounding.
 
 use super::edges::{folded, margin_rect, unfolded};
-use super::fir::{BilinearFir, LANES};
+use super::fir::{BilinearFir, LANES, LitSources};
 use super::gather_pass::{GatherPass, gathered_size, set_fir};
 use super::image::{Image, Rect, View};
 use super::plan::Level;
@@ -118,7 +118,11 @@ fn tile_adjoint(
         window[(rows + y) * stride + columns..][..side].copy_from_slice(line);
     }
     let mut out = vec![0.0; width * height];
-    transposed.gather(window, stride, width, &mut out);
+    let lit = LitSources {
+        columns: columns..columns + side,
+        rows: rows..rows + side,
+    };
+    transposed.gather(window, stride, &lit, width, &mut out);
     let mut spread = Image::zeros(Rect {
         left: left + fir.columns.start,
         top: top + fir.rows.start,

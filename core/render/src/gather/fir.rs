@@ -18,8 +18,25 @@ pub(super) struct BilinearFir {
     pub(super) rows: Range<i32>,
     runs: Vec<TapRun>,
     taps: Vec<[f32; 4]>,
-    /// The taps at the current block of output rows.
+    /// The runs of taps that reach the lit sources from the current block of output rows.
+    block_runs: Vec<TapRun>,
+    /// Their taps at the first row of the block.
     block_taps: Vec<[f32; 4]>,
+}
+
+/// The columns and rows of sources outside which all are black.
+#[derive(Clone)]
+pub(super) struct LitSources {
+    pub(super) columns: Range<usize>,
+    pub(super) rows: Range<usize>,
+}
+
+impl LitSources {
+    /// All sources.
+    pub(super) const ALL: Self = Self {
+        columns: 0..usize::MAX,
+        rows: 0..usize::MAX,
+    };
 }
 
 /// Consecutive taps down one column of sources.
@@ -130,23 +147,54 @@ impl BilinearFir {
     /// Writes output rows of `side` pixels to `out`, row-major.
     ///
     /// `sources` are rows of `stride` samples that begin at the first column and row of the sources of the top-left
-    /// output pixel. Each row is padded with [`LANES`] samples.
-    pub(super) fn gather(&mut self, sources: &[f32], stride: usize, side: usize, out: &mut [f32]) {
+    /// output pixel. Each row is padded with [`LANES`] samples. Taps on sources that are not `lit` are passed over.
+    pub(super) fn gather(
+        &mut self,
+        sources: &[f32],
+        stride: usize,
+        lit: &LitSources,
+        side: usize,
+        out: &mut [f32],
+    ) {
         for (block, out) in out.chunks_exact_mut(ROWS * side).enumerate() {
-            // Taps at the centre of the block's first row.
-            let down = (block * ROWS) as f32 + 0.5;
-            self.block_taps.clear();
-            self.block_taps
-                .extend(self.taps.iter().map(|&[at, by_x, by_y, by_both]| {
-                    [at + down * by_y, by_x + down * by_both, by_y, by_both]
-                }));
+            self.set_block(block * ROWS, &lit.rows);
             pulp::Arch::new().dispatch(Block {
-                runs: &self.runs,
+                runs: &self.block_runs,
                 taps: &self.block_taps,
                 sources: &sources[block * ROWS * stride..],
                 stride,
+                lit_columns: &lit.columns,
                 side,
                 out,
+            });
+        }
+    }
+
+    /// Sets the taps of the [`ROWS`] output rows from `first_row` on, those that reach the `lit` rows of sources.
+    fn set_block(&mut self, first_row: usize, lit: &Range<usize>) {
+        // Taps at the centre of the block's first row.
+        let down = first_row as f32 + 0.5;
+        self.block_runs.clear();
+        self.block_taps.clear();
+        for run in &self.runs {
+            let row = first_row + run.row;
+            let all = &self.taps[run.first..run.end];
+            let unlit = lit.start.saturating_sub(row + ROWS - 1);
+            let end = all.len().min(lit.end.saturating_sub(row));
+            if unlit >= end {
+                continue;
+            }
+            let first = self.block_taps.len();
+            let taps = all[unlit..end].iter();
+            self.block_taps
+                .extend(taps.map(|&[at, by_x, by_y, by_both]| {
+                    [at + down * by_y, by_x + down * by_both, by_y, by_both]
+                }));
+            self.block_runs.push(TapRun {
+                column: run.column,
+                row: run.row + unlit,
+                first,
+                end: self.block_taps.len(),
             });
         }
     }
@@ -159,6 +207,7 @@ struct Block<'a> {
     taps: &'a [[f32; 4]],
     sources: &'a [f32],
     stride: usize,
+    lit_columns: &'a Range<usize>,
     side: usize,
     out: &'a mut [f32],
 }
@@ -176,8 +225,13 @@ impl pulp::WithSimd for Block<'_> {
             let across = load::<S>(&places, 0);
             let mut sums = [simd.splat_f32s(0.0); ROWS];
             for run in self.runs {
+                let column = run.column + first;
+                if column >= self.lit_columns.end || column + S::F32_LANES <= self.lit_columns.start
+                {
+                    continue;
+                }
                 let taps = &self.taps[run.first..run.end];
-                let mut start = run.row * self.stride + run.column + first;
+                let mut start = run.row * self.stride + column;
                 let (fours, rest) = taps.as_chunks::<4>();
                 for taps in fours {
                     let rows = &self.sources[start..];
@@ -229,4 +283,43 @@ fn add<S: pulp::Simd, const N: usize, const M: usize>(
 #[inline(always)]
 pub(super) fn load<S: pulp::Simd>(samples: &[f32], start: usize) -> S::f32s {
     S::as_simd_f32s(&samples[start..start + S::F32_LANES]).0[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn taps_on_black_sources_may_be_passed_over() {
+        let (taps, tile) = (41, 16);
+        let corner = |gain: f32| {
+            let mut stencil = Stencil::zeros(-20..21, -20..21);
+            for (k, weight) in stencil.weights.iter_mut().enumerate() {
+                *weight = gain * (1.0 + (k as f32).sin());
+            }
+            stencil
+        };
+        let corners = [1.0, 0.7, 0.5, 0.9].map(corner);
+        let mut fir = BilinearFir::default();
+        fir.set(corners.each_ref(), tile);
+        let (side, stride) = (64, 64 + taps + LANES);
+        let lit = LitSources {
+            columns: 40..56,
+            rows: 37..53,
+        };
+        let mut sources = vec![0.0; stride * (side + taps)];
+        for y in lit.rows.clone() {
+            for x in lit.columns.clone() {
+                sources[y * stride + x] = ((x * y) as f32).cos();
+            }
+        }
+        let mut gathered = |lit: &LitSources| {
+            let mut out = vec![0.0; side * side];
+            fir.gather(&sources, stride, lit, side, &mut out);
+            out
+        };
+        let all = gathered(&LitSources::ALL);
+        assert!(all.iter().any(|v| *v != 0.0));
+        assert_eq!(gathered(&lit), all);
+    }
 }

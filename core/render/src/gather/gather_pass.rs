@@ -3,7 +3,7 @@
 
 use super::corner_stencils::{MixStencils, SparseGrid};
 use super::edges::{add_folded, folded, with_mirrored_margin};
-use super::fir::{BilinearFir, LANES, ROWS};
+use super::fir::{BilinearFir, LANES, LitSources, ROWS};
 use super::image::{Image, Rect, Size, View};
 use super::plan::Level;
 use super::pyramid::{UpsampleBuffers, downsample, upsample_tile};
@@ -288,7 +288,8 @@ impl BandJob<'_> {
         scratch.tile.resize(width * height, 0.0);
         scratch.window.resize(window.height * stride, 0.0);
         if fir.len() > 0 && self.sources.copy(window, stride, &mut scratch.window) {
-            fir.gather(&scratch.window, stride, width, &mut scratch.tile);
+            let sources = &scratch.window;
+            fir.gather(sources, stride, &LitSources::ALL, width, &mut scratch.tile);
         } else {
             scratch.tile.fill(0.0);
         }
