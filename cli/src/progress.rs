@@ -190,8 +190,7 @@ impl ProgressBar {
             })
             .to_string()
         } else {
-            let left = left.map_or_else(String::new, |left| format!(", {} left", in_words(left)));
-            format!("{}: {:.0} %{left}", self.task, 100.0 * share)
+            format!("{}: {:.0} %{}", self.task, 100.0 * share, remark(left))
         };
         let stream = self.output.stream.lock();
         // One call, so that lines of other threads do not mix with this one. Nobody may be reading.
@@ -209,9 +208,8 @@ impl Drop for ProgressBar {
 fn bar(task: &str) -> indicatif::ProgressBar {
     let bar = indicatif::ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
     let left = |state: &ProgressState, line: &mut dyn std::fmt::Write| {
-        if let Some(left) = time_left(f64::from(state.fraction()), state.elapsed()) {
-            let _ = write!(line, ", {} left", in_words(left));
-        }
+        let left = time_left(f64::from(state.fraction()), state.elapsed());
+        let _ = line.write_str(&remark(left));
     };
     if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} %{left}") {
         bar.set_style(style.with_key("left", left));
@@ -287,6 +285,12 @@ fn time_left(share: f64, elapsed: Duration) -> Option<Duration> {
     }
     let is_known = share >= LEAST_SHARE && elapsed >= LEAST_TIME;
     is_known.then(|| elapsed.mul_f64((1.0 - share) / share))
+}
+
+/// Returns the remark on the time left; empty at the end.
+fn remark(left: Option<Duration>) -> String {
+    left.filter(|left| !left.is_zero())
+        .map_or_else(String::new, |left| format!(", {} left", in_words(left)))
 }
 
 /// Returns a duration in seconds, to tenths.

@@ -4,6 +4,7 @@ mod check;
 mod convention;
 mod focus_range;
 
+pub(crate) use check::distance_span;
 pub use check::{
     CameraPerspective, DepthCheck, DepthFinding, DepthProblem, LensDistances, Severity,
 };

@@ -1,5 +1,6 @@
 //! Blur and displacement of single source points, in plate pixels, and runs of neighbours that share a kernel.
 
+use crate::depth::distance_span;
 use crate::{DisplacedBlur, Displacement, Plane, Scene};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint, Meridian};
@@ -189,15 +190,15 @@ impl<'a> Sources<'a> {
                 y.floor()
             ),
             format!(
-                "blurs with central moments {:?} (px², px³) and displaces by ({}, {}) px",
-                moments.to_array(),
+                "needs a blur of {:.0} px in standard deviation and a displacement of ({:.0}, {:.0}) px, too large to draw",
+                moments.mu20.max(moments.mu02).sqrt(),
                 displaced.displacement_px.0,
                 displaced.displacement_px.1
             ),
             format!(
-                "check lens and depth (vergence {vergence} m^-1); the largest blur drawn has a \
-                 standard deviation of {LARGEST_SIGMA_PX} px, the largest displacement is \
-                 {LARGEST_DISPLACEMENT_PX} px"
+                "check the lens, and the depth, which is {} there; blurs are drawn up to a standard \
+                 deviation of {LARGEST_SIGMA_PX} px, displacements up to {LARGEST_DISPLACEMENT_PX} px",
+                distance_span(1.0 / vergence, 1.0 / vergence)
             ),
         ))
     }

@@ -118,7 +118,8 @@ impl fmt::Display for DepthProblem {
             ),
             Self::ImplausibleRange { near_m, far_m } => write!(
                 f,
-                "distances from {near_m:.4} m to {far_m:.4} m are implausible for a scene: is the unit right?"
+                "distances of {} are implausible for a scene: is the unit right?",
+                distance_span(near_m, far_m)
             ),
             Self::OffTheLens {
                 near_m,
@@ -126,7 +127,9 @@ impl fmt::Display for DepthProblem {
                 measured_m: (near, far),
             } => write!(
                 f,
-                "all distances are between {near_m:.4} m and {far_m:.4} m, but the lens was measured from {near:.4} m to {far:.4} m: is the unit right?"
+                "the scene is at {}, but the lens was measured at {}: is the unit right?",
+                distance_span(near_m, far_m),
+                distance_span(near, far)
             ),
             Self::Normalised { least, largest } => write!(
                 f,
@@ -152,6 +155,24 @@ impl fmt::Display for DepthProblem {
                 100.0 * share
             ),
         }
+    }
+}
+
+/// Returns a range of distances in words, such as `1.2 m to infinity`.
+pub(crate) fn distance_span(near_m: f64, far_m: f64) -> String {
+    let metres = |distance: f64| {
+        if distance.is_infinite() {
+            "infinity".to_owned()
+        } else {
+            let rounded: f64 = format!("{distance:.3e}").parse().unwrap_or(distance);
+            format!("{rounded} m")
+        }
+    };
+    let (near, far) = (metres(near_m), metres(far_m));
+    if near == far {
+        near
+    } else {
+        format!("{near} to {far}")
     }
 }
 

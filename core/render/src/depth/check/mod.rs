@@ -13,6 +13,7 @@ mod scenes;
 mod tests;
 mod values;
 
+pub(crate) use finding::distance_span;
 pub use finding::{DepthFinding, DepthProblem, Severity};
 
 use super::DepthConvention;

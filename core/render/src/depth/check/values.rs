@@ -1,6 +1,7 @@
 //! Checks of the values of a depth pass: their range, their unit and the number of distinct levels.
 
 use super::super::DepthConvention;
+use super::finding::distance_span;
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
 /// Share of pixels ignored at each end of a range.
@@ -153,8 +154,8 @@ fn unit_remedy(check: &DepthCheck, near_m: f64, far_m: f64) -> String {
         .reduce(|a, b| if miss(b.1) < miss(a.1) { b } else { a });
     match best {
         Some((name, metres)) if (metres / size - 1.0).abs() > 1e-9 => {
-            let (near, far) = (near_m * metres / size, far_m * metres / size);
-            format!("--depth-unit {name} would make it {near:.4} m to {far:.4} m")
+            let made = distance_span(near_m * metres / size, far_m * metres / size);
+            format!("--depth-unit {name} would make it {made}")
         }
         _ => "check --depth-unit".to_owned(),
     }
