@@ -91,6 +91,7 @@ mod apply;
 mod blur_map;
 mod channel_weights;
 mod coc_scale;
+mod coverage;
 mod depth_findings;
 mod diagnose;
 mod expansion;

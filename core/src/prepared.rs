@@ -323,9 +323,19 @@ impl PreparedPlate {
                 let colours = planes.iter_mut().take(self.colour_count());
                 colours.for_each(|plane| scale.restore(plane));
             }
+            if self.averages_light() {
+                self.planes.limit_coverage(&mut planes);
+            }
             self.develop(&mut planes);
             Ok(planes)
         })
+    }
+
+    /// Whether surfaces hide each other, so that a pixel is a mean of what it sees. Light is summed otherwise, and alpha is above
+    /// one where the lens crowds light together.
+    fn averages_light(&self) -> bool {
+        let varies = matches!(self.depth.vergence(), VergencePass::PerPixel(_));
+        varies && self.session.settings().occlusion.is_some()
     }
 
     /// Returns the planes with the bloom of the settings; `None` where nothing spreads.

@@ -5,7 +5,7 @@ use std::path::Path;
 use exr::meta::attribute::IntegerBounds;
 use exr::prelude::*;
 
-use crate::support::{read_channel, succeeds, write_moments_lens};
+use crate::support::{read_channel, succeeds, write_exr, write_moments_lens};
 
 /// Sides of the element's box and of the frame, px, and the radius of its disc.
 const BOX: usize = 60;
@@ -190,6 +190,27 @@ fn full_frames_do_not_grow_and_no_light_is_negative() {
             let least = samples.iter().copied().fold(0.0, f32::min);
             assert!(least >= 0.0, "{quality} {channel}: {least}");
         }
+    }
+}
+
+/// With depth a pixel is a mean of what it sees, so no alpha is above one.
+#[test]
+fn no_alpha_is_above_one_over_a_slope() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let (width, height) = (90, 70);
+    let alpha = disc((width, height), (45.0, 35.0));
+    let slope = |k: usize| 1.0 + (k % width) as f32 / 40.0;
+    let depth = (0..alpha.len()).map(slope).collect();
+    let mut channels: Vec<_> = ["R", "G", "B", "A"].map(|n| (n, alpha.clone())).into();
+    channels.push(("Z", depth));
+    write_exr(&folder.join("slope.exr"), width, height, &channels);
+    for quality in ["draft", "final", "exact"] {
+        let options = format!("--lens library:wide-zoom-16 --quality {quality}");
+        succeeds(folder, &format!("apply {options} @slope.exr -o @out.exr"));
+        let alpha = read_channel(&folder.join("out.exr"), "A");
+        let most = alpha.into_iter().fold(0.0, f32::max);
+        assert!((0.999..=1.0 + 1e-6).contains(&most), "{quality}: {most}");
     }
 }
 
