@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, Result};
-use seidel_render::remove::{Highlights, reference_colour};
+use seidel_render::remove::{find_lights, reference_colour};
 
 use crate::image::Image;
 use crate::lens::Lens;
@@ -14,6 +14,9 @@ use crate::prepared::PreparedPlate;
 use crate::removed::{RemovalInputs, deconvolver_of_plane};
 use crate::session::LensSession;
 use crate::settings::Settings;
+
+/// Share of the progress taken by the search for lights.
+const FINDING_SHARE: f64 = 0.6;
 
 /// Takes the lateral and axial colour of `lens` off `plate`, and sharpens nothing else: every colour gets the blur, and the
 /// place, of the colour whose blur is of middle size. Returns an image of the plate's size; alpha does not change.
@@ -74,13 +77,19 @@ impl PreparedPlate {
             let colours = &planes[..colour_count];
             let reference = reference_colour(scene, &self.weights()[..colour_count])?;
             let reference = colours[reference].weights;
-            let highlights = Highlights::detect(colours, scene.width);
+            let own: Vec<_> = (0..colour_count)
+                .map(|index| deconvolver_of_plane(&settings, index, colour_count))
+                .collect();
+            let finding = |part: f64| progress(FINDING_SHARE * part);
+            let lights = find_lights(&own, scene, colours, &finding)?;
             let mut matched = light.planes().to_vec();
             for (index, plane) in colours.iter().enumerate() {
-                let share = |part: f64| progress((index as f64 + part) / colour_count as f64);
-                let deconvolver = deconvolver_of_plane(&settings, index, colour_count);
-                matched[index] =
-                    deconvolver.match_blur(&highlights, scene, plane, reference, &share)?;
+                let share = |part: f64| {
+                    let done = (index as f64 + part) / colour_count as f64;
+                    progress(FINDING_SHARE + (1.0 - FINDING_SHARE) * done)
+                };
+                let lights = &lights[index];
+                matched[index] = own[index].match_blur(lights, scene, plane, reference, &share)?;
             }
             Ok(matched)
         })?;

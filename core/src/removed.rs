@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 use seidel_render::remove::{
-    Canvas, Deconvolver, Highlights, Lights, Saturation, SharpPlane, estimate_blur_share,
+    Canvas, Deconvolver, Lights, Saturation, SharpPlane, estimate_blur_share, find_lights,
 };
 use seidel_render::{Gather, Occlusion, VergencePass};
 
@@ -51,33 +51,37 @@ impl PreparedPlate {
             let planes = light.weighted(self.weights());
             let colour_count = light.colour_count();
             let measures = noise_gain == NoiseGain::Measure;
-            let steps = planes.len() + if measures { colour_count } else { 0 };
-            let highlights = Highlights::detect(&planes[..colour_count], optics.scene.width);
+            let steps = 1 + planes.len() + if measures { colour_count } else { 0 };
+            let (colours, others) = planes.split_at(colour_count);
+            let deconvolver = |index| deconvolver_of_plane(settings, index, colour_count);
+            let own: Vec<_> = (0..colour_count).map(deconvolver).collect();
+            let scene = &optics.scene;
+            let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
+            let lights = find_lights(&own, scene, colours, &|part| share(0, part))?;
+            let mut done = 1;
             let mut found = RemovedPlate {
                 planes: Vec::with_capacity(planes.len()),
                 colour_count,
                 noise_gain: Vec::new(),
             };
-            let mut done = 0;
-            for (index, plane) in planes.iter().enumerate() {
-                let (scene, planes) = (&optics.scene, &[*plane]);
-                let deconvolver = deconvolver_of_plane(settings, index, colour_count);
-                let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
+            for ((plane, lights), deconvolver) in colours.iter().zip(&lights).zip(own) {
                 let in_part = |part| share(done, part);
-                let removed = if index < colour_count {
-                    deconvolver.remove_except(&highlights, scene, planes, &in_part)
-                } else {
-                    deconvolver.remove(scene, planes, &in_part)
-                }?;
+                let removed = deconvolver.remove_around(lights, scene, plane, &in_part)?;
                 done += 1;
-                if measures && index < colour_count {
+                if measures {
                     let in_part = |part| share(done, part);
-                    let gain =
-                        deconvolver.noise_gain(&highlights, scene, planes, &removed, &in_part)?;
-                    found.noise_gain.extend(gain);
+                    let gain = deconvolver.noise_gain(lights, scene, plane, &removed, &in_part)?;
+                    found.noise_gain.push(gain);
                     done += 1;
                 }
+                found.planes.push(removed);
+            }
+            for plane in others {
+                let deconvolver = deconvolver(colour_count);
+                let in_part = |part| share(done, part);
+                let removed = deconvolver.remove(scene, &[*plane], &in_part)?;
                 found.planes.extend(removed);
+                done += 1;
             }
             Ok(found)
         })?;

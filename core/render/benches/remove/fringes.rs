@@ -5,7 +5,7 @@ use crate::case::{self, psnr_db, timed, with_noise};
 use crate::lenses::SkewNormalLens;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
-use seidel_render::remove::{Deconvolver, Highlights, reference_colour};
+use seidel_render::remove::{Deconvolver, find_lights, reference_colour};
 use seidel_render::{
     BlurField, DisplacedBlur, Displacement, Gather, Plane, Renderer, Scatter, Scene,
 };
@@ -83,12 +83,17 @@ pub(crate) fn print(pictures: &[(String, Vec<f32>)], noises: &[f64], rounds: usi
             let planes: Vec<Plane> = (plate.iter().zip(&weights))
                 .map(|(samples, weights)| Plane { samples, weights })
                 .collect();
-            let highlights = Highlights::detect(&planes, SIDE);
             let match_all = || {
-                let matched = planes.iter().map(|plane| {
-                    let deconvolver = Deconvolver::default();
-                    deconvolver
-                        .match_blur(&highlights, &scene, plane, &weights[reference], &|_| true)
+                let deconvolvers = vec![Deconvolver::default(); planes.len()];
+                let lights = find_lights(&deconvolvers, &scene, &planes, &|_| true)?;
+                let matched = planes.iter().zip(&lights).map(|(plane, lights)| {
+                    Deconvolver::default().match_blur(
+                        lights,
+                        &scene,
+                        plane,
+                        &weights[reference],
+                        &|_| true,
+                    )
                 });
                 matched.collect::<Result<Vec<_>>>()
             };

@@ -4,7 +4,7 @@ use crate::case::{self, WEIGHTS, blurred, lens_of_size, median, psnr_db, timed, 
 use crate::scenes::{LAMP_RADIUS, LAMPS, RingingScene, all, lamp_centre};
 use crate::{Options, SIDE, pictures};
 use seidel_optics::error::Result;
-use seidel_render::remove::{Deconvolver, Highlights, Lights};
+use seidel_render::remove::{Deconvolver, Lights, find_lights};
 use seidel_render::{Gather, Plane, Renderer, Scene};
 
 /// Distance from edges up to which light or its absence is an over- or undershoot, px.
@@ -55,9 +55,10 @@ pub(crate) fn print(
             let other = deconvolver.remove(scene, &other, &|_| true)?;
             let other = other[0].canvas.crop(&other[0].sharp);
             let removed = remove()?;
-            let highlights = Highlights::detect(&planes, SIDE);
+            let found = find_lights(&[deconvolver], scene, &planes, &|_| true)?;
+            let plane = &planes[0];
             let reported =
-                deconvolver.noise_gain(&highlights, scene, &planes, &removed, &|_| true)?;
+                deconvolver.noise_gain(&found[0], scene, plane, &removed[0], &|_| true)?;
             let sharp = removed[0].canvas.crop(&removed[0].sharp);
             let (mut blurs, mut removals) = (Vec::new(), Vec::new());
             for _ in 0..options.rounds {
@@ -74,7 +75,7 @@ pub(crate) fn print(
                 plate: &plate,
                 sharp: &sharp,
                 other: &other,
-                reported: &reported[0],
+                reported: &reported,
                 near: &near,
             };
             case.print(name, median(removals) / median(blurs));

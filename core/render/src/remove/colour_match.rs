@@ -12,36 +12,35 @@
 //! proportional to 1 / |D|². The filter works on local spectra. Lights are taken off before it, and come back blurred as the
 //! reference is.
 
+use super::Deconvolver;
 use super::admm::Refinement;
-use super::deconvolver::{MODEL_ERROR, Variant, is_uniform};
+use super::deconvolver::{Variant, is_uniform};
 use super::gradient::sampled_norms;
 use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
-use super::separation::{PlateInputs, Separated};
+use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
-use super::{Canvas, Deconvolver, Highlights};
 use crate::{LocalKernel, LocalKernels, Plane, Scene, VergencePass, cancelled};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, Result};
 
-/// Share of the progress taken by the separation of lights.
-const SEPARATION_SHARE: f64 = 0.6;
 /// Largest gain of a frequency: a colour that is blurred much more than the reference stays a little softer.
 const MAX_GAIN: f32 = 3.0;
 
 impl Deconvolver {
     /// Returns `plane` with the blur of channel weights `reference` in place of its own, on the plate.
     ///
-    /// Of the settings, noise, saturation and lights count. Unexplained [`Highlights`], and depth edges within the reach
+    /// Of the settings, the treatment of lights counts. The plane is one of those whose `lights` were found by [`find_lights`](super::find_lights).
+    /// Lights that are not separated, and depth edges within the reach
     /// of the kernels, keep their blur.
     ///
     /// # Errors
     /// Those of [`Deconvolver::remove`].
     pub fn match_blur(
         &self,
-        highlights: &Highlights,
+        lights: &PlaneLights,
         scene: &Scene,
         plane: &Plane,
         reference: &[f64],
@@ -52,27 +51,18 @@ impl Deconvolver {
             return Ok(plane.samples.to_vec());
         }
         self.check()?;
-        let plate = PlateInputs {
-            scene,
-            canvas: Canvas::new(scene),
-            highlights,
-            variant: Variant {
-                model_error: MODEL_ERROR,
-                refinement: Refinement::Skip,
-                lights: self.lights,
-            },
+        let variant = Variant {
+            refinement: Refinement::Skip,
+            ..Variant::removal(self.lights)
         };
-        let Separated {
-            canvas,
-            operator,
-            noise,
-            lights,
-            rest,
-            kept,
-            ..
-        } = plate.separate(self, plane, &|share| progress(SEPARATION_SHARE * share))?;
+        let plate = PlateInputs::new(scene, &lights.highlights, variant);
+        let canvas = plate.canvas;
+        let operator = LensOperator::new(scene, &canvas, plane.weights)?;
+        let kept = plate.kept_shares(plane.samples, lights, &operator)?;
+        let (noise, lights) = (lights.noise, &lights.sources);
+        let rest = lights.taken_off(plane.samples);
         let target = LensOperator::new(scene, &canvas, reference)?;
-        if !progress(SEPARATION_SHARE) {
+        if !progress(0.3) {
             return Err(cancelled());
         }
         let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();

@@ -2,8 +2,10 @@
 
 use super::admm::{Problem, Refinement, solve};
 use super::hole_filling::fill_holes;
+use super::lens_operator::LensOperator;
+use super::light_sources::FoundLights;
 use super::noise_model::NoiseModel;
-use super::separation::{PlateInputs, Separated};
+use super::separation::{PlaneLights, PlateInputs};
 use super::{Canvas, Highlights, Saturation};
 use crate::{Plane, Scene};
 use rayon::prelude::*;
@@ -13,7 +15,7 @@ use seidel_optics::error::{Error, Result};
 /// Relative error of lens and operator: it counts as noise.
 pub(super) const MODEL_ERROR: f64 = 2e-3;
 /// Share of the progress taken by the search for lights.
-const LIGHTS_SHARE: f64 = 0.2;
+pub(super) const LIGHTS_SHARE: f64 = 0.2;
 /// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical
 /// sample. Unlike noise the error has one sign over many samples: larger ones darken the ground about faint lights.
 const LARGEST_LIGHT_ERROR: f64 = 0.7;
@@ -38,7 +40,7 @@ pub enum Lights {
     /// blur.
     #[default]
     Separate,
-    /// A part of the picture; [`Highlights`] and clipped samples keep their blur.
+    /// A part of the picture; highlights and clipped samples keep their blur.
     KeepBlur,
 }
 
@@ -107,9 +109,49 @@ pub(super) struct Variant {
     pub(super) lights: Lights,
 }
 
+impl Variant {
+    /// That of a removal.
+    pub(super) fn removal(lights: Lights) -> Self {
+        Self {
+            model_error: MODEL_ERROR,
+            refinement: Refinement::Run,
+            lights,
+        }
+    }
+}
+
+/// Finds the lights of the colour `planes` of a plate, each with the settings of its own deconvolver. A light that the lens does
+/// not explain in one of them is separated in none.
+///
+/// # Errors
+/// Those of [`Deconvolver::remove`].
+pub fn find_lights(
+    deconvolvers: &[Deconvolver],
+    scene: &Scene,
+    planes: &[Plane],
+    progress: &Progress,
+) -> Result<Vec<PlaneLights>> {
+    scene.check(planes)?;
+    let highlights = Highlights::detect(planes, scene.width);
+    let mut searched = Vec::with_capacity(planes.len());
+    for (deconvolver, plane) in deconvolvers.iter().zip(planes) {
+        deconvolver.check()?;
+        let done = searched.len() as f64;
+        let progress = |share: f64| progress((done + share) / planes.len() as f64);
+        let variant = Variant::removal(deconvolver.lights);
+        let plate = PlateInputs::new(scene, &highlights, variant);
+        searched.push(plate.search(deconvolver, plane, &progress)?);
+    }
+    FoundLights::agree(searched.iter_mut().map(|plane| &mut plane.found));
+    let lights = searched.into_iter();
+    Ok(lights
+        .map(|plane| plane.lights(&highlights, scene.width))
+        .collect())
+}
+
 impl Deconvolver {
-    /// Removes the blur of `scene` from `planes`. The [`Highlights`] of any plane keep their blur in all. The result is the
-    /// same to the bit for any number of threads.
+    /// Removes the blur of `scene` from `planes`. Highlights of any plane keep their blur in all, as do lights that the
+    /// lens does not explain in one. The result is the same to the bit for any number of threads.
     ///
     /// A vergence that varies is that of the sharp image. The boundary condition of `scene` is ignored, because the light
     /// around the plate is estimated as well. `progress` gets the share done.
@@ -122,54 +164,52 @@ impl Deconvolver {
         planes: &[Plane],
         progress: &Progress,
     ) -> Result<Vec<SharpPlane>> {
-        let highlights = Highlights::detect(planes, scene.width);
-        self.remove_except(&highlights, scene, planes, progress)
+        let finding = |share: f64| progress(LIGHTS_SHARE * share);
+        let lights = find_lights(&vec![*self; planes.len()], scene, planes, &finding)?;
+        let step = (1.0 - LIGHTS_SHARE) / planes.len().max(1) as f64;
+        let planes = planes.iter().zip(&lights).enumerate();
+        planes
+            .map(|(done, (plane, lights))| {
+                let progress = |share: f64| progress(LIGHTS_SHARE + step * (done as f64 + share));
+                self.remove_around(lights, scene, plane, &progress)
+            })
+            .collect()
     }
 
-    /// Removes blur like [`Deconvolver::remove`], but lets these `highlights` keep their blur: for planes of one plate that
-    /// are given one by one.
+    /// Removes blur like [`Deconvolver::remove`] from one of the planes whose `lights` were found by [`find_lights`].
     ///
     /// # Errors
     /// Those of [`Deconvolver::remove`].
-    pub fn remove_except(
+    pub fn remove_around(
         &self,
-        highlights: &Highlights,
+        lights: &PlaneLights,
         scene: &Scene,
-        planes: &[Plane],
+        plane: &Plane,
         progress: &Progress,
-    ) -> Result<Vec<SharpPlane>> {
-        let variant = Variant {
-            model_error: MODEL_ERROR,
-            refinement: Refinement::Run,
-            lights: self.lights,
-        };
-        self.remove_variant(variant, highlights, scene, planes, progress)
+    ) -> Result<SharpPlane> {
+        scene.check(&[*plane])?;
+        self.check()?;
+        let variant = Variant::removal(self.lights);
+        let plate = PlateInputs::new(scene, &lights.highlights, variant);
+        self.remove_from_plane(&plate, plane, lights, progress)
     }
 
-    /// Removes blur like [`Deconvolver::remove_except`], in a variant of the method.
+    /// Removes blur like [`Deconvolver::remove`], from one plane in a variant of the method.
     pub(super) fn remove_variant(
         &self,
         variant: Variant,
-        highlights: &Highlights,
         scene: &Scene,
-        planes: &[Plane],
+        plane: &Plane,
         progress: &Progress,
-    ) -> Result<Vec<SharpPlane>> {
-        scene.check(planes)?;
+    ) -> Result<SharpPlane> {
+        scene.check(&[*plane])?;
         self.check()?;
-        let plate = PlateInputs {
-            scene,
-            canvas: Canvas::new(scene),
-            highlights,
-            variant,
-        };
-        let indexed = planes.iter().enumerate();
-        indexed
-            .map(|(done, plane)| {
-                let progress = |share: f64| progress((done as f64 + share) / planes.len() as f64);
-                self.remove_from_plane(&plate, plane, &progress)
-            })
-            .collect()
+        let highlights = Highlights::detect(&[*plane], scene.width);
+        let plate = PlateInputs::new(scene, &highlights, variant);
+        let searched = plate.search(self, plane, &|share| progress(LIGHTS_SHARE * share))?;
+        let lights = searched.lights(&highlights, scene.width);
+        let progress = |share: f64| progress(LIGHTS_SHARE + (1.0 - LIGHTS_SHARE) * share);
+        self.remove_from_plane(&plate, plane, &lights, &progress)
     }
 
     pub(super) fn check(&self) -> Result<()> {
@@ -198,23 +238,23 @@ impl Deconvolver {
         &self,
         plate: &PlateInputs,
         plane: &Plane,
+        lights: &PlaneLights,
         progress: &Progress,
     ) -> Result<SharpPlane> {
         if is_uniform(plane.samples) {
             return Ok(self.uniform_plane(plate, plane));
         }
-        let separated = plate.separate(self, plane, &|share| progress(LIGHTS_SHARE * share))?;
-        let Separated {
-            canvas,
-            ref operator,
+        let canvas = plate.canvas;
+        let operator = &LensOperator::new(plate.scene, &canvas, plane.weights)?;
+        let kept = &plate.kept_shares(plane.samples, lights, operator)?;
+        let PlaneLights {
             noise,
             deviation,
             clip_level,
-            ref lights,
-            ref rest,
-            ref kept,
-        } = separated;
-        let solver_progress = |share: f64| progress(LIGHTS_SHARE + (1.0 - LIGHTS_SHARE) * share);
+            sources: ref lights,
+            ..
+        } = *lights;
+        let rest = &lights.taken_off(plane.samples);
         let is_clipped = |k: usize| clip_level.is_some_and(|level| plane.samples[k] >= level);
         let known: Vec<bool> = (0..kept.len())
             .map(|k| {
@@ -237,7 +277,7 @@ impl Deconvolver {
             iterations: self.iterations,
             refinement: plate.variant.refinement,
         };
-        let solution = solve(&problem, &solver_progress)?;
+        let solution = solve(&problem, progress)?;
         let residual = problem.residual(&solution.estimate);
         let misfit = problem.misfit(&solution.estimate);
         let mut sharp = solution.estimate.image;

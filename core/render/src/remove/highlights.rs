@@ -18,13 +18,12 @@ const LIT_SHARE: f64 = 1e-3;
 /// Each pixel has an excess: its brightness over the threshold of highlights, in the plane where that ratio is largest.
 /// It is 0 for pixels below the threshold.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Highlights(Vec<f32>);
+pub(super) struct Highlights(Vec<f32>);
 
 impl Highlights {
     /// Finds the highlights of planes of one size, `width` samples wide. A highlight of one plane is one of all, so that
     /// colours are treated alike.
-    #[must_use]
-    pub fn detect(planes: &[Plane], width: usize) -> Self {
+    pub(super) fn detect(planes: &[Plane], width: usize) -> Self {
         let mut excess = vec![0.0_f32; planes.first().map_or(0, |plane| plane.samples.len())];
         for plane in planes {
             let threshold = threshold(plane.samples, width);

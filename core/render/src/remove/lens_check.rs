@@ -15,7 +15,7 @@ use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
 use super::gradient::{norms, sampled_norms, white_noise_power};
 use super::winsorised::WinsorisedStatistics;
-use super::{Deconvolver, Highlights, Lights, SharpPlane};
+use super::{Deconvolver, Lights, SharpPlane};
 use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass, kernel_reach};
 use rayon::prelude::*;
 use seidel_optics::Progress;
@@ -200,15 +200,12 @@ impl Trial<'_> {
             refinement: Refinement::Skip,
             lights: Lights::KeepBlur,
         };
-        let highlights = Highlights::detect(&[plane], self.tile.width);
         let progress = |share: f64| progress((done as f64 + share) / SHARES.len() as f64);
         let deconvolver = Deconvolver {
             iterations: ITERATIONS,
             ..*self.deconvolver
         };
-        let mut planes =
-            deconvolver.remove_variant(variant, &highlights, &part, &[plane], &progress)?;
-        Ok(planes.swap_remove(0))
+        deconvolver.remove_variant(variant, &part, &plane, &progress)
     }
 
     /// Returns the score of a result, from the gradients of the `sharpened` pixels.

@@ -24,10 +24,14 @@ const WORK_PER_PIXEL: f64 = 2e4;
 /// Ratio of the brightest to the dimmest sample of a region from which it would ring as a part of the picture.
 const RINGING_CONTRAST: f32 = 3.0;
 
+/// Range of the samples of a region that is bright in a plane, standard deviations of a typical sample.
+const STANDING_OUT_DEVIATIONS: f64 = 100.0;
+
 /// Reach of the errors of a light, px.
 const ERROR_REACH: usize = 2;
 
-/// The lights of a plate.
+/// The lights of a plane of a plate.
+#[derive(Debug, Clone)]
 pub(super) struct LightSources {
     /// The pixels of the plate that are sources, and their light.
     pub(super) sources: Vec<(usize, f32)>,
@@ -72,6 +76,77 @@ impl LightSources {
     }
 }
 
+/// The outcome of a search for lights in one plane.
+pub(super) struct FoundLights {
+    /// Those that are explained: the pixels of the plate that show them, and their sources.
+    lights: Vec<(Vec<usize>, FittedLight)>,
+    /// The pixels of each light that the lens does not explain, or that is not fitted.
+    unexplained: Vec<Vec<usize>>,
+    /// Whether a pixel belongs to a light so bright that it keeps its blur.
+    refused: Vec<bool>,
+}
+
+impl FoundLights {
+    /// Returns those of a plate of `count` pixels without lights.
+    pub(super) fn none(count: usize) -> Self {
+        Self {
+            lights: Vec::new(),
+            unexplained: Vec::new(),
+            refused: vec![false; count],
+        }
+    }
+
+    /// Lets lights that keep their blur in one of the planes keep it in all: a lamp that is sharp in two colours
+    /// gets a rim of the third.
+    pub(super) fn agree<'a>(planes: impl Iterator<Item = &'a mut Self>) {
+        let mut planes: Vec<&mut Self> = planes.collect();
+        let count = planes.first().map_or(0, |plane| plane.refused.len());
+        loop {
+            let refused = |k: usize| planes.iter().any(|plane| plane.refused[k]);
+            let refused: Vec<bool> = (0..count).map(refused).collect();
+            let mut agreed = true;
+            for plane in &mut planes {
+                agreed &= !plane.give_up(|region| region.iter().any(|pixel| refused[*pixel]));
+            }
+            if agreed {
+                return;
+            }
+        }
+    }
+
+    /// Gives up the lights whose pixels are `refused`; returns whether there are such.
+    pub(super) fn give_up(&mut self, refused: impl Fn(&[usize]) -> bool) -> bool {
+        let is_refused = |light: &mut (Vec<usize>, FittedLight)| refused(&light.0);
+        let given_up: Vec<_> = self.lights.extract_if(.., is_refused).collect();
+        for (region, _) in &given_up {
+            for pixel in region {
+                self.refused[*pixel] = true;
+            }
+        }
+        let any = !given_up.is_empty();
+        self.unexplained
+            .extend(given_up.into_iter().map(|(region, _)| region));
+        any
+    }
+
+    /// The light of all sources, on a plate `width` pixels wide.
+    pub(super) fn sources(self, width: usize) -> LightSources {
+        let mut found = LightSources::none(self.refused.len());
+        for (region, light) in self.lights {
+            add(&mut found.blurred, width, &light, 1.0);
+            light.add_error(&mut found.error, width);
+            for pixel in region {
+                found.explained[pixel] = true;
+            }
+            found.sources.extend(light.sources);
+        }
+        for pixel in self.unexplained.into_iter().flatten() {
+            found.unexplained[pixel] = true;
+        }
+        found
+    }
+}
+
 /// A plate that is searched for lights.
 pub(super) struct LightSearch<'a> {
     pub(super) scene: &'a Scene<'a>,
@@ -90,9 +165,9 @@ impl LightSearch<'_> {
     ///
     /// # Errors
     /// A lens that cannot be drawn; cancellation by `progress`.
-    pub(super) fn run(&self, progress: &Progress) -> Result<LightSources> {
+    pub(super) fn run(&self, progress: &Progress) -> Result<FoundLights> {
         let count = self.samples.len();
-        let mut found = LightSources::none(count);
+        let mut found = FoundLights::none(count);
         let (reach_x, reach_y) = self.scene.reach_px();
         let search = CandidateSearch {
             samples: self.samples,
@@ -140,30 +215,46 @@ impl LightSearch<'_> {
                     add(&mut rest, self.scene.width, &light, -1.0);
                     lights[index] = Some(light);
                 } else if matches!(fit, Fit::Unexplained) && self.would_ring(region) {
-                    for pixel in region {
-                        found.unexplained[*pixel] = true;
-                    }
+                    found.unexplained.push(region.clone());
                 }
             }
         }
-        for (region, light) in regions.iter().zip(lights) {
-            let Some(light) = light else { continue };
-            add(&mut found.blurred, self.scene.width, &light, 1.0);
-            light.add_error(&mut found.error, self.scene.width);
-            for pixel in region {
-                found.explained[*pixel] = true;
+        let unexplained: Vec<usize> = found.unexplained.iter().flatten().copied().collect();
+        for pixel in unexplained {
+            found.refused[pixel] = true;
+        }
+        for (region, light) in regions.into_iter().zip(lights) {
+            match light {
+                Some(light) => found.lights.push((region, light)),
+                None if self.stands_out(&region) && region.iter().any(|k| bright(*k)) => {
+                    for pixel in region {
+                        found.refused[pixel] = true;
+                    }
+                }
+                None => {}
             }
-            found.sources.extend(light.sources);
         }
         Ok(found)
     }
 
+    /// Returns whether a region, a highlight of any plane, is bright in this one.
+    fn stands_out(&self, region: &[usize]) -> bool {
+        let (dimmest, brightest) = self.range(region);
+        self.would_ring(region)
+            && f64::from(brightest - dimmest) > STANDING_OUT_DEVIATIONS * self.deviation
+    }
+
+    /// Returns the dimmest and the brightest sample of a region.
+    fn range(&self, region: &[usize]) -> (f32, f32) {
+        let light = region.iter().map(|k| self.samples[*k]);
+        light.fold((f32::INFINITY, 0.0_f32), |(low, high), v| {
+            (low.min(v), high.max(v))
+        })
+    }
+
     /// Returns whether a region that is no explained light would ring as a part of the picture: its contrast is high.
     fn would_ring(&self, region: &[usize]) -> bool {
-        let light = region.iter().map(|k| self.samples[*k]);
-        let (dimmest, brightest) = light.fold((f32::INFINITY, 0.0_f32), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+        let (dimmest, brightest) = self.range(region);
         brightest > RINGING_CONTRAST * dimmest
     }
 

@@ -18,7 +18,7 @@
 //! | the light beyond the plate's edges (`canvas`) | the part of it that is blurred into the plate |
 //!
 //! Frequencies that the lens attenuates below the noise cannot be recovered: there the regularisation determines the
-//! image. Clipped samples (`saturation`), [`Highlights`] and the pixels that get their light keep their blur.
+//! image. Clipped samples (`saturation`), highlights and the pixels that get their light keep their blur.
 
 mod admm;
 mod block_matching;
@@ -61,10 +61,12 @@ mod winsorised;
 pub use canvas::Canvas;
 pub use change_map::change_map;
 pub use colour_match::reference_colour;
-pub use deconvolver::{Clipping, Deconvolver, Lights, SharpPlane};
-pub use highlights::Highlights;
+pub use deconvolver::{Clipping, Deconvolver, Lights, SharpPlane, find_lights};
 pub use lens_check::estimate_blur_share;
 pub use saturation::Saturation;
+pub use separation::PlaneLights;
+
+use highlights::Highlights;
 
 /// Rises linearly from 0 at the first of `bounds` to 1 at the second; these may be in descending order.
 fn ramp(value: f32, bounds: [f32; 2]) -> f32 {

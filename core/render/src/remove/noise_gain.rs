@@ -12,9 +12,11 @@
 //! changes next to nothing there. Where it does, the gain reported is up to 5 % too large. The rest of the excess
 //! (docs/background/remove.md) is not explained; the filters adapt to the noise of each plate, which is not linear.
 
+use super::deconvolver::{LIGHTS_SHARE, Variant};
 use super::local_mean::average_locally;
+use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
-use super::{Deconvolver, Highlights, Saturation, SharpPlane};
+use super::{Deconvolver, Saturation, SharpPlane};
 use crate::{Plane, Scene};
 use rayon::prelude::*;
 use seidel_optics::Progress;
@@ -28,40 +30,22 @@ const MIN_NOISE_SHARE: f64 = 1e-4;
 const KEPT_SHARE: f64 = 0.8;
 
 impl Deconvolver {
-    /// Measures the noise gain at each pixel of the plate, one map for each of `planes`, as a root mean square over about
-    /// 30 px. It is 0 for black planes.
+    /// Measures the noise gain at each pixel of the plate, as a root mean square over about 30 px. It is 0 for a black plane.
     ///
-    /// `sharp` must be the result for these planes and `highlights`. Blur is removed once more, from planes with other
-    /// noise.
+    /// `sharp` must be the result for this plane and its `lights`. Blur is removed once more, from a plane with other
+    /// noise. Lights that were not separated are not in it either.
     ///
     /// # Errors
     /// Those of [`Deconvolver::remove`].
     pub fn noise_gain(
         &self,
-        highlights: &Highlights,
-        scene: &Scene,
-        planes: &[Plane],
-        sharp: &[SharpPlane],
-        progress: &Progress,
-    ) -> Result<Vec<Vec<f32>>> {
-        scene.check(planes)?;
-        let indexed = planes.iter().zip(sharp).enumerate();
-        indexed
-            .map(|(done, (plane, sharp))| {
-                let progress = |share: f64| progress((done as f64 + share) / planes.len() as f64);
-                self.noise_gain_of_plane(highlights, scene, plane, sharp, &progress)
-            })
-            .collect()
-    }
-
-    fn noise_gain_of_plane(
-        &self,
-        highlights: &Highlights,
+        lights: &PlaneLights,
         scene: &Scene,
         plane: &Plane,
         sharp: &SharpPlane,
         progress: &Progress,
     ) -> Result<Vec<f32>> {
+        scene.check(&[*plane])?;
         let light = WinsorisedStatistics::of_absolute(plane.samples);
         let least = MIN_NOISE_SHARE * light.percentile_99;
         let noise = sharp.noise.max(least);
@@ -98,9 +82,17 @@ impl Deconvolver {
             saturation: clip_level.map_or(Saturation::Never, Saturation::Level),
             ..*self
         };
-        let other = deconvolver
-            .remove_except(highlights, scene, &[noisy], progress)?
-            .swap_remove(0);
+        let variant = Variant::removal(self.lights);
+        let plate = PlateInputs::new(scene, &lights.highlights, variant);
+        let mut searched = plate.search(&deconvolver, &noisy, &|share| {
+            progress(LIGHTS_SHARE * share)
+        })?;
+        let explained = &lights.sources.explained;
+        let is_new = |region: &[usize]| !region.iter().any(|pixel| explained[*pixel]);
+        searched.found.give_up(is_new);
+        let lights = searched.lights(&lights.highlights, scene.width);
+        let progress = |share: f64| progress(LIGHTS_SHARE + (1.0 - LIGHTS_SHARE) * share);
+        let other = deconvolver.remove_around(&lights, scene, &noisy, &progress)?;
         let pairs = sharp.sharp.par_iter().zip(&other.sharp);
         let squares: Vec<f32> = pairs.map(|(a, b)| (a - b).powi(2)).collect();
         let mut squares = sharp.canvas.crop(&squares);

@@ -1,8 +1,8 @@
 //! Separation of a plane: its lights, the rest of its picture, and what keeps its blur.
 
-use super::deconvolver::{Lights, Variant};
+use super::deconvolver::{Lights, Variant, is_uniform};
 use super::lens_operator::{Accuracy, LensOperator};
-use super::light_sources::{LightSearch, LightSources};
+use super::light_sources::{FoundLights, LightSearch, LightSources};
 use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
 use super::{Canvas, Deconvolver, Highlights, ramp};
@@ -24,43 +24,79 @@ pub(super) struct PlateInputs<'a> {
     pub(super) variant: Variant,
 }
 
-/// A plane whose lights are separated from its picture.
-pub(super) struct Separated {
-    pub(super) canvas: Canvas,
-    pub(super) operator: LensOperator,
+/// The lights of a plane of a plate, as [`find_lights`](super::find_lights) returns them.
+#[derive(Debug, Clone)]
+pub struct PlaneLights {
+    pub(super) highlights: Highlights,
     /// Standard deviation of the noise.
     pub(super) noise: f64,
     /// Standard deviation of a typical sample: noise and model error.
     pub(super) deviation: f64,
     pub(super) clip_level: Option<f32>,
-    pub(super) lights: LightSources,
-    /// The samples without the lights.
-    pub(super) rest: Vec<f32>,
-    /// The share of its blur that each pixel keeps.
-    pub(super) kept: Vec<f32>,
+    pub(super) sources: LightSources,
 }
 
-impl PlateInputs<'_> {
-    /// Separates the lights of `plane` from its picture.
+/// A search for the lights of a plane: what is known of its samples, and what was found.
+pub(super) struct SearchedPlane {
+    noise: f64,
+    deviation: f64,
+    clip_level: Option<f32>,
+    pub(super) found: FoundLights,
+}
+
+impl SearchedPlane {
+    /// The lights that are left, on a plate `width` pixels wide.
+    pub(super) fn lights(self, highlights: &Highlights, width: usize) -> PlaneLights {
+        PlaneLights {
+            highlights: highlights.clone(),
+            noise: self.noise,
+            deviation: self.deviation,
+            clip_level: self.clip_level,
+            sources: self.found.sources(width),
+        }
+    }
+}
+
+impl<'a> PlateInputs<'a> {
+    pub(super) fn new(scene: &'a Scene<'a>, highlights: &'a Highlights, variant: Variant) -> Self {
+        Self {
+            scene,
+            canvas: Canvas::new(scene),
+            highlights,
+            variant,
+        }
+    }
+
+    /// Searches `plane` for lights.
     ///
     /// # Errors
     /// A lens that cannot be drawn; cancellation by `progress`.
-    pub(super) fn separate(
+    pub(super) fn search(
         &self,
         deconvolver: &Deconvolver,
         plane: &Plane,
         progress: &Progress,
-    ) -> Result<Separated> {
+    ) -> Result<SearchedPlane> {
+        if is_uniform(plane.samples) {
+            return Ok(SearchedPlane {
+                noise: 0.0,
+                deviation: 0.0,
+                clip_level: None,
+                found: FoundLights::none(plane.samples.len()),
+            });
+        }
         let canvas = self.canvas;
-        let operator = LensOperator::new(self.scene, &canvas, plane.weights)?;
-        let noise = (deconvolver.noise)
-            .unwrap_or_else(|| estimate_noise(plane.samples, &canvas, &operator));
+        let estimate = || {
+            let operator = LensOperator::new(self.scene, &canvas, plane.weights)?;
+            Ok(estimate_noise(plane.samples, &canvas, &operator))
+        };
+        let noise = deconvolver.noise.map_or_else(estimate, Ok)?;
         let clip_level = deconvolver.saturation.level(plane.samples, noise);
         let model_error = self.variant.model_error;
         let mirrored = canvas.extend_by_mirroring(plane.samples);
         let deviation = NoiseModel::new(&mirrored, noise, model_error).deviation();
-        let lights = match self.variant.lights {
-            Lights::KeepBlur => LightSources::none(plane.samples.len()),
+        let found = match self.variant.lights {
+            Lights::KeepBlur => FoundLights::none(plane.samples.len()),
             Lights::Separate => LightSearch {
                 scene: self.scene,
                 samples: plane.samples,
@@ -72,16 +108,11 @@ impl PlateInputs<'_> {
             }
             .run(progress)?,
         };
-        let kept = self.kept_shares(plane.samples, clip_level, &lights, &operator)?;
-        Ok(Separated {
-            canvas,
-            operator,
+        Ok(SearchedPlane {
             noise,
             deviation,
             clip_level,
-            rest: lights.taken_off(plane.samples),
-            lights,
-            kept,
+            found,
         })
     }
 
@@ -89,13 +120,13 @@ impl PlateInputs<'_> {
     ///
     /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
     /// Highlights and lights that the lens does not explain are treated like them. At depth edges part of the light is hidden.
-    fn kept_shares(
+    pub(super) fn kept_shares(
         &self,
         samples: &[f32],
-        clip_level: Option<f32>,
-        lights: &LightSources,
+        lights: &PlaneLights,
         operator: &LensOperator,
     ) -> Result<Vec<f32>> {
+        let (clip_level, lights) = (lights.clip_level, &lights.sources);
         let count = self.canvas.plate_pixel_count();
         let mut kept = vec![0.0; count];
         if let Some(errors) = operator.normalisation_error() {

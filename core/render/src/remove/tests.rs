@@ -8,7 +8,7 @@ use super::test_scenes::{
     HEIGHT, NormalDeviates, WEIGHTS, WIDTH, blurred, discs, lens, plate, psnr_db, remove, scene,
     sharpen, texture,
 };
-use super::{Canvas, Deconvolver, Highlights, Saturation, estimate_blur_share};
+use super::{Canvas, Deconvolver, Saturation, estimate_blur_share, find_lights};
 use crate::{Edges, Plane, RenderWindow, Scatter, Scene, VergencePass, cancelled};
 use seidel_fourier::Complex;
 
@@ -253,9 +253,9 @@ fn noise_gain_is_within_40_percent_of_the_truth() {
         samples: &plate,
         weights: &WEIGHTS,
     }];
-    let highlights = Highlights::detect(&planes, WIDTH);
-    let gain = deconvolver.noise_gain(&highlights, &scene, &planes, &[first], &|_| true);
-    let gain = gain.expect("a valid scene").swap_remove(0);
+    let lights = find_lights(&[deconvolver], &scene, &planes, &|_| true).expect("a valid scene");
+    let gain = deconvolver.noise_gain(&lights[0], &scene, &planes[0], &first, &|_| true);
+    let gain = gain.expect("a valid scene");
     let found = others.map(|plate| sharpen(&scene, &plate, deconvolver));
     for (x, y) in [(30, 30), (85, 75), (140, 40), (40, 120), (120, 110)] {
         let (mut sum, mut count) = (0.0, 0.0);

@@ -2,9 +2,9 @@
 
 use super::super::Lights;
 use super::super::test_scenes::{
-    GrowingBlur, HEIGHT, WIDTH, blurred, lens, psnr_db, remove, scene, sharpen,
+    GrowingBlur, HEIGHT, WEIGHTS, WIDTH, blurred, lens, psnr_db, remove, scene, sharpen,
 };
-use super::super::{Deconvolver, Highlights, Saturation};
+use super::super::{Deconvolver, Saturation, find_lights};
 use crate::{BlurField, DisplacedBlur, Displacement, Plane, Renderer, Scatter, Scene};
 use seidel_optics::field::{FieldPoint, Frame};
 
@@ -182,14 +182,16 @@ fn colours_get_the_blur_and_the_place_of_the_reference() {
         samples: &blurred[colour],
         weights: &weights[colour],
     };
-    let highlights = Highlights::detect(&[plane(0), plane(1)], WIDTH);
+    let deconvolver = Deconvolver {
+        noise: Some(0.0005),
+        ..Deconvolver::default()
+    };
+    let planes = [plane(0), plane(1)];
+    let lights = find_lights(&[deconvolver; 2], &scene, &planes, &|_| true).expect("a valid scene");
     let matched = |colour: usize| {
-        let deconvolver = Deconvolver {
-            noise: Some(0.0005),
-            ..Deconvolver::default()
-        };
+        let lights = &lights[colour];
         let matched =
-            deconvolver.match_blur(&highlights, &scene, &plane(colour), &weights[0], &|_| true);
+            deconvolver.match_blur(lights, &scene, &plane(colour), &weights[0], &|_| true);
         matched.expect("a valid scene")
     };
     assert!(matched(0) == blurred[0]);
@@ -205,4 +207,40 @@ fn colours_get_the_blur_and_the_place_of_the_reference() {
     };
     let (before, after) = (error(&blurred[1]), error(&matched(1)));
     assert!(after < 0.2 * before, "{before} {after}");
+}
+
+/// A lamp that one colour cannot explain keeps its blur in the other too: no rim of one colour is left about it.
+#[test]
+fn a_lamp_is_separated_in_all_colours_or_none() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let truth = lamps();
+    let plate = blurred(&scene, &Scatter, &truth, 0.001);
+    // The lamp of 10 has twice its size in the second colour, with a hole that no blur of this lens has.
+    let (lamp, mut other) = (LAMPS[1], plate.clone());
+    for (k, sample) in other.iter_mut().enumerate() {
+        let far = far(k, lamp);
+        if far < 2.0 * RADIUS {
+            *sample = if far < RADIUS { 0.2 } else { 10.0 };
+        }
+    }
+    let planes = [&plate, &other].map(|samples| Plane {
+        samples,
+        weights: &WEIGHTS,
+    });
+    let remove = |planes: &[Plane]| {
+        let removed = Deconvolver::default().remove(&scene, planes, &|_| true);
+        let removed = removed.expect("a valid scene").swap_remove(0);
+        removed.canvas.crop(&removed.sharp)
+    };
+    let changed = |sharp: &[f32], lamp: (f64, f64, f32)| {
+        let near = (0..sharp.len()).filter(|k| far(*k, lamp) < RADIUS + 2.0);
+        near.fold(0.0_f32, |most, k| most.max((sharp[k] - plate[k]).abs()))
+    };
+    let (alone, together) = (remove(&planes[..1]), remove(&planes));
+    for lamp in LAMPS[..2].iter().copied() {
+        assert!(changed(&alone, lamp) > 0.1 * lamp.2, "{lamp:?}");
+        let is_kept = changed(&together, lamp) < 0.01 * lamp.2;
+        assert_eq!(is_kept, lamp.2 == 10.0, "{lamp:?}");
+    }
 }
