@@ -102,13 +102,22 @@ impl FoundLights {
         let mut planes: Vec<&mut Self> = planes.collect();
         let count = planes.first().map_or(0, |plane| plane.refused.len());
         loop {
-            let refused = |k: usize| planes.iter().any(|plane| plane.refused[k]);
-            let refused: Vec<bool> = (0..count).map(refused).collect();
+            let refused = |k: &usize| planes.iter().any(|plane| plane.refused[*k]);
+            let refused: Vec<usize> = (0..count).filter(refused).collect();
+            for plane in &mut planes {
+                for pixel in &refused {
+                    plane.refused[*pixel] = true;
+                }
+            }
             let mut agreed = true;
             for plane in &mut planes {
-                agreed &= !plane.give_up(|region| region.iter().any(|pixel| refused[*pixel]));
+                let known = plane.refused.clone();
+                agreed &= !plane.give_up(|region| region.iter().any(|pixel| known[*pixel]));
             }
             if agreed {
+                for plane in planes {
+                    plane.unexplained.push(refused.clone());
+                }
                 return;
             }
         }
@@ -223,10 +232,14 @@ impl LightSearch<'_> {
         for pixel in unexplained {
             found.refused[pixel] = true;
         }
+        let keeps_blur = |region: &[usize]| {
+            region.iter().any(|k| is_clipped(*k))
+                || self.stands_out(region) && region.iter().any(|k| bright(*k))
+        };
         for (region, light) in regions.into_iter().zip(lights) {
             match light {
                 Some(light) => found.lights.push((region, light)),
-                None if self.stands_out(&region) && region.iter().any(|k| bright(*k)) => {
+                None if keeps_blur(&region) => {
                     for pixel in region {
                         found.refused[pixel] = true;
                     }
