@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, Result};
-use seidel_render::remove::{find_lights, reference_colour};
+use seidel_render::remove::{find_lights, match_blur, reference_colour};
 
 use crate::image::Image;
 use crate::lens::Lens;
@@ -77,19 +77,20 @@ impl PreparedPlate {
             let colours = &planes[..colour_count];
             let reference = reference_colour(scene, &self.weights()[..colour_count])?;
             let reference = colours[reference].weights;
-            let own: Vec<_> = (0..colour_count)
-                .map(|index| deconvolver_of_plane(&settings, index, colour_count))
+            let own: Vec<_> = (colours.iter().enumerate())
+                .map(|(index, plane)| {
+                    (deconvolver_of_plane(&settings, index, colour_count), *plane)
+                })
                 .collect();
             let finding = |part: f64| progress(FINDING_SHARE * part);
-            let lights = find_lights(&own, scene, colours, &finding)?;
+            let lights = find_lights(scene, &own, &finding)?;
             let mut matched = light.planes().to_vec();
             for (index, plane) in colours.iter().enumerate() {
                 let share = |part: f64| {
                     let done = (index as f64 + part) / colour_count as f64;
                     progress(FINDING_SHARE + (1.0 - FINDING_SHARE) * done)
                 };
-                let lights = &lights[index];
-                matched[index] = own[index].match_blur(lights, scene, plane, reference, &share)?;
+                matched[index] = match_blur(&lights[index], scene, plane, reference, &share)?;
             }
             Ok(matched)
         })?;

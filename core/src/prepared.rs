@@ -331,8 +331,8 @@ impl PreparedPlate {
         })
     }
 
-    /// Whether surfaces hide each other, so that a pixel is a mean of what it sees. Light is summed otherwise, and alpha is above
-    /// one where the lens crowds light together.
+    /// Whether surfaces hide each other. Each pixel is then a weighted mean of the light that reaches it, so its alpha is
+    /// at most one. Otherwise light is summed, and alpha may exceed one.
     fn averages_light(&self) -> bool {
         let varies = matches!(self.depth.vergence(), VergencePass::PerPixel(_));
         varies && self.session.settings().occlusion.is_some()

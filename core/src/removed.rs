@@ -54,17 +54,19 @@ impl PreparedPlate {
             let steps = 1 + planes.len() + if measures { colour_count } else { 0 };
             let (colours, others) = planes.split_at(colour_count);
             let deconvolver = |index| deconvolver_of_plane(settings, index, colour_count);
-            let own: Vec<_> = (0..colour_count).map(deconvolver).collect();
+            let own: Vec<_> = (colours.iter().enumerate())
+                .map(|(index, plane)| (deconvolver(index), *plane))
+                .collect();
             let scene = &optics.scene;
             let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
-            let lights = find_lights(&own, scene, colours, &|part| share(0, part))?;
+            let lights = find_lights(scene, &own, &|part| share(0, part))?;
             let mut done = 1;
             let mut found = RemovedPlate {
                 planes: Vec::with_capacity(planes.len()),
                 colour_count,
                 noise_gain: Vec::new(),
             };
-            for ((plane, lights), deconvolver) in colours.iter().zip(&lights).zip(own) {
+            for ((deconvolver, plane), lights) in own.iter().zip(&lights) {
                 let in_part = |part| share(done, part);
                 let removed = deconvolver.remove_around(lights, scene, plane, &in_part)?;
                 done += 1;

@@ -193,7 +193,7 @@ fn full_frames_do_not_grow_and_no_light_is_negative() {
     }
 }
 
-/// With depth a pixel is a mean of what it sees, so no alpha is above one.
+/// With depth and occlusion each pixel is a weighted mean, so its alpha is at most one.
 #[test]
 fn no_alpha_is_above_one_over_a_slope() {
     let folder = tempfile::tempdir().expect("a folder");

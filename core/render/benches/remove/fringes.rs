@@ -5,7 +5,7 @@ use crate::case::{self, psnr_db, timed, with_noise};
 use crate::lenses::SkewNormalLens;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
-use seidel_render::remove::{Deconvolver, find_lights, reference_colour};
+use seidel_render::remove::{Deconvolver, find_lights, match_blur, reference_colour};
 use seidel_render::{
     BlurField, DisplacedBlur, Displacement, Gather, Plane, Renderer, Scatter, Scene,
 };
@@ -84,16 +84,12 @@ pub(crate) fn print(pictures: &[(String, Vec<f32>)], noises: &[f64], rounds: usi
                 .map(|(samples, weights)| Plane { samples, weights })
                 .collect();
             let match_all = || {
-                let deconvolvers = vec![Deconvolver::default(); planes.len()];
-                let lights = find_lights(&deconvolvers, &scene, &planes, &|_| true)?;
+                let own: Vec<_> = (planes.iter())
+                    .map(|plane| (Deconvolver::default(), *plane))
+                    .collect();
+                let lights = find_lights(&scene, &own, &|_| true)?;
                 let matched = planes.iter().zip(&lights).map(|(plane, lights)| {
-                    Deconvolver::default().match_blur(
-                        lights,
-                        &scene,
-                        plane,
-                        &weights[reference],
-                        &|_| true,
-                    )
+                    match_blur(lights, &scene, plane, &weights[reference], &|_| true)
                 });
                 matched.collect::<Result<Vec<_>>>()
             };

@@ -55,8 +55,8 @@ pub(crate) fn print(
             let other = deconvolver.remove(scene, &other, &|_| true)?;
             let other = other[0].canvas.crop(&other[0].sharp);
             let removed = remove()?;
-            let found = find_lights(&[deconvolver], scene, &planes, &|_| true)?;
             let plane = &planes[0];
+            let found = find_lights(scene, &[(deconvolver, *plane)], &|_| true)?;
             let reported =
                 deconvolver.noise_gain(&found[0], scene, plane, &removed[0], &|_| true)?;
             let sharp = removed[0].canvas.crop(&removed[0].sharp);

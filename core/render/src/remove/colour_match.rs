@@ -12,9 +12,7 @@
 //! proportional to 1 / |D|². The filter works on local spectra. Lights are taken off before it, and come back blurred as the
 //! reference is.
 
-use super::Deconvolver;
-use super::admm::Refinement;
-use super::deconvolver::{Variant, is_uniform};
+use super::deconvolver::{Lights, Variant, is_uniform};
 use super::gradient::sampled_norms;
 use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
@@ -26,69 +24,66 @@ use seidel_fourier::Complex;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, Result};
 
+/// Share of the progress taken by the preparation of both lenses.
+const PREPARED_SHARE: f64 = 0.3;
 /// Largest gain of a frequency: a colour that is blurred much more than the reference stays a little softer.
 const MAX_GAIN: f32 = 3.0;
 
-impl Deconvolver {
-    /// Returns `plane` with the blur of channel weights `reference` in place of its own, on the plate.
-    ///
-    /// Of the settings, the treatment of lights counts. The plane is one of those whose `lights` were found by [`find_lights`](super::find_lights).
-    /// Lights that are not separated, and depth edges within the reach
-    /// of the kernels, keep their blur.
-    ///
-    /// # Errors
-    /// Those of [`Deconvolver::remove`].
-    pub fn match_blur(
-        &self,
-        lights: &PlaneLights,
-        scene: &Scene,
-        plane: &Plane,
-        reference: &[f64],
-        progress: &Progress,
-    ) -> Result<Vec<f32>> {
-        scene.check(&[*plane])?;
-        if plane.weights == reference || is_uniform(plane.samples) {
-            return Ok(plane.samples.to_vec());
-        }
-        self.check()?;
-        let variant = Variant {
-            refinement: Refinement::Skip,
-            ..Variant::removal(self.lights)
-        };
-        let plate = PlateInputs::new(scene, &lights.highlights, variant);
-        let canvas = plate.canvas;
-        let operator = LensOperator::new(scene, &canvas, plane.weights)?;
-        let kept = plate.kept_shares(plane.samples, lights, &operator)?;
-        let (noise, lights) = (lights.noise, &lights.sources);
-        let rest = lights.taken_off(plane.samples);
-        let target = LensOperator::new(scene, &canvas, reference)?;
-        if !progress(0.3) {
-            return Err(cancelled());
-        }
-        let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
-        let filled = fill_holes(&rest, scene.width, &known);
-        let gradients = WinsorisedStatistics::new(sampled_norms(&filled, scene.width));
-        let strength = 2.0 * gradients.root_mean_square.powi(2);
-        let damping = (2.0 * noise * noise / strength.max(f64::MIN_POSITIVE)) as f32;
-        let gain = |h: Complex<f32>, r: Complex<f32>, gradient_power: f32| {
-            let power = h.norm_sqr() + damping * gradient_power;
-            if power == 0.0 {
-                return Complex::new(1.0, 0.0);
-            }
-            let gain = (r - h) * h.conj() / power + 1.0;
-            gain * (MAX_GAIN / gain.norm().max(MAX_GAIN))
-        };
-        let filtered = operator.convert(&target, &canvas.extend_by_mirroring(&filled), gain)?;
-        let mut out = canvas.crop(&filtered);
-        add_blurred(&mut out, scene, reference, &lights.sources)?;
-        let darkest = plane.samples.iter().fold(0.0_f32, |least, v| least.min(*v));
-        let pixels = out.par_iter_mut().zip(plane.samples).zip(&kept);
-        pixels.for_each(|((sample, before), kept)| {
-            *sample = sample.max(darkest);
-            *sample += kept * (before - *sample);
-        });
-        Ok(out)
+/// Returns `plane` with the blur of channel weights `reference` in place of its own, on the plate.
+///
+/// The plane is one of those whose `lights` were found by [`find_lights`](super::find_lights). Lights that are not separated, and
+/// depth edges within the reach of the kernels, keep their blur.
+///
+/// # Errors
+/// Those of [`Deconvolver::remove`](super::Deconvolver::remove).
+pub fn match_blur(
+    lights: &PlaneLights,
+    scene: &Scene,
+    plane: &Plane,
+    reference: &[f64],
+    progress: &Progress,
+) -> Result<Vec<f32>> {
+    scene.check(&[*plane])?;
+    if plane.weights == reference || is_uniform(plane.samples) {
+        return Ok(plane.samples.to_vec());
     }
+    let plate = PlateInputs::new(
+        scene,
+        &lights.highlights,
+        Variant::removal(Lights::Separate),
+    );
+    let canvas = plate.canvas;
+    let operator = LensOperator::new(scene, &canvas, plane.weights)?;
+    let kept = plate.kept_shares(plane.samples, lights, &operator)?;
+    let (noise, lights) = (lights.noise, &lights.sources);
+    let rest = lights.taken_off(plane.samples);
+    let target = LensOperator::new(scene, &canvas, reference)?;
+    if !progress(PREPARED_SHARE) {
+        return Err(cancelled());
+    }
+    let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
+    let filled = fill_holes(&rest, scene.width, &known);
+    let gradients = WinsorisedStatistics::new(sampled_norms(&filled, scene.width));
+    let strength = 2.0 * gradients.root_mean_square.powi(2);
+    let damping = (2.0 * noise * noise / strength.max(f64::MIN_POSITIVE)) as f32;
+    let gain = |h: Complex<f32>, r: Complex<f32>, gradient_power: f32| {
+        let power = h.norm_sqr() + damping * gradient_power;
+        if power == 0.0 {
+            return Complex::new(1.0, 0.0);
+        }
+        let gain = (r - h) * h.conj() / power + 1.0;
+        gain * (MAX_GAIN / gain.norm().max(MAX_GAIN))
+    };
+    let filtered = operator.convert(&target, &canvas.extend_by_mirroring(&filled), gain)?;
+    let mut out = canvas.crop(&filtered);
+    add_blurred(&mut out, scene, reference, &lights.sources)?;
+    let darkest = plane.samples.iter().fold(0.0_f32, |least, v| least.min(*v));
+    let pixels = out.par_iter_mut().zip(plane.samples).zip(&kept);
+    pixels.for_each(|((sample, before), kept)| {
+        *sample = sample.max(darkest);
+        *sample += kept * (before - *sample);
+    });
+    Ok(out)
 }
 
 /// Adds `sources`, pixels of a plate and their light, to `plane` as the lens of `scene` blurs them.

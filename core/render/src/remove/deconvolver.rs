@@ -110,7 +110,7 @@ pub(super) struct Variant {
 }
 
 impl Variant {
-    /// That of a removal.
+    /// The variant that removes blur from a plate.
     pub(super) fn removal(lights: Lights) -> Self {
         Self {
             model_error: MODEL_ERROR,
@@ -120,21 +120,21 @@ impl Variant {
     }
 }
 
-/// Finds the lights of the colour `planes` of a plate, each with the settings of its own deconvolver. A light that the lens does
-/// not explain in one of them is separated in none.
+/// Finds the lights of the colour `planes` of a plate, each with the settings of its removal. A light that the lens does not explain
+/// in one of them is separated in none.
 ///
 /// # Errors
 /// Those of [`Deconvolver::remove`].
 pub fn find_lights(
-    deconvolvers: &[Deconvolver],
     scene: &Scene,
-    planes: &[Plane],
+    planes: &[(Deconvolver, Plane)],
     progress: &Progress,
 ) -> Result<Vec<PlaneLights>> {
-    scene.check(planes)?;
-    let highlights = Highlights::detect(planes, scene.width);
+    let all: Vec<Plane> = planes.iter().map(|(_, plane)| *plane).collect();
+    scene.check(&all)?;
+    let highlights = Highlights::detect(&all, scene.width);
     let mut searched = Vec::with_capacity(planes.len());
-    for (deconvolver, plane) in deconvolvers.iter().zip(planes) {
+    for (deconvolver, plane) in planes {
         deconvolver.check()?;
         let done = searched.len() as f64;
         let progress = |share: f64| progress((done + share) / planes.len() as f64);
@@ -165,7 +165,8 @@ impl Deconvolver {
         progress: &Progress,
     ) -> Result<Vec<SharpPlane>> {
         let finding = |share: f64| progress(LIGHTS_SHARE * share);
-        let lights = find_lights(&vec![*self; planes.len()], scene, planes, &finding)?;
+        let own: Vec<_> = planes.iter().map(|plane| (*self, *plane)).collect();
+        let lights = find_lights(scene, &own, &finding)?;
         let step = (1.0 - LIGHTS_SHARE) / planes.len().max(1) as f64;
         let planes = planes.iter().zip(&lights).enumerate();
         planes

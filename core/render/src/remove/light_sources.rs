@@ -24,7 +24,7 @@ const WORK_PER_PIXEL: f64 = 2e4;
 /// Ratio of the brightest to the dimmest sample of a region from which it would ring as a part of the picture.
 const RINGING_CONTRAST: f32 = 3.0;
 
-/// Range of the samples of a region that is bright in a plane, standard deviations of a typical sample.
+/// Least range of the samples of a bright region, standard deviations of a typical sample.
 const STANDING_OUT_DEVIATIONS: f64 = 100.0;
 
 /// Reach of the errors of a light, px.
@@ -41,7 +41,7 @@ pub(super) struct LightSources {
     pub(super) error: Vec<f32>,
     /// Whether a pixel belongs to a light that is explained.
     pub(super) explained: Vec<bool>,
-    /// Whether a pixel belongs to a light that the lens does not explain.
+    /// Whether a pixel belongs to a light that keeps its blur, as the lens does not explain it in all colours.
     pub(super) unexplained: Vec<bool>,
 }
 
@@ -76,14 +76,12 @@ impl LightSources {
     }
 }
 
-/// The outcome of a search for lights in one plane.
+/// The lights that a search found in one plane.
 pub(super) struct FoundLights {
     /// Those that are explained: the pixels of the plate that show them, and their sources.
     lights: Vec<(Vec<usize>, FittedLight)>,
-    /// The pixels of each light that the lens does not explain, or that is not fitted.
-    unexplained: Vec<Vec<usize>>,
-    /// Whether a pixel belongs to a light so bright that it keeps its blur.
-    refused: Vec<bool>,
+    /// Whether a pixel belongs to a light that keeps its blur.
+    kept: Vec<bool>,
 }
 
 impl FoundLights {
@@ -91,56 +89,52 @@ impl FoundLights {
     pub(super) fn none(count: usize) -> Self {
         Self {
             lights: Vec::new(),
-            unexplained: Vec::new(),
-            refused: vec![false; count],
+            kept: vec![false; count],
         }
     }
 
-    /// Lets lights that keep their blur in one of the planes keep it in all: a lamp that is sharp in two colours
+    /// Lets lights that keep their blur in one of the `planes` keep it in all: a lamp that is sharp in two colours
     /// gets a rim of the third.
     pub(super) fn agree<'a>(planes: impl Iterator<Item = &'a mut Self>) {
         let mut planes: Vec<&mut Self> = planes.collect();
-        let count = planes.first().map_or(0, |plane| plane.refused.len());
-        loop {
-            let refused = |k: &usize| planes.iter().any(|plane| plane.refused[*k]);
-            let refused: Vec<usize> = (0..count).filter(refused).collect();
+        let count = planes.first().map_or(0, |plane| plane.kept.len());
+        let mut agreed = false;
+        while !agreed {
+            let kept = |pixel: usize| planes.iter().any(|plane| plane.kept[pixel]);
+            let kept: Vec<bool> = (0..count).map(kept).collect();
+            agreed = true;
             for plane in &mut planes {
-                for pixel in &refused {
-                    plane.refused[*pixel] = true;
-                }
-            }
-            let mut agreed = true;
-            for plane in &mut planes {
-                let known = plane.refused.clone();
-                agreed &= !plane.give_up(|region| region.iter().any(|pixel| known[*pixel]));
-            }
-            if agreed {
-                for plane in planes {
-                    plane.unexplained.push(refused.clone());
-                }
-                return;
+                agreed &= plane.keep_blur_of(&kept) == 0;
             }
         }
     }
 
-    /// Gives up the lights whose pixels are `refused`; returns whether there are such.
-    pub(super) fn give_up(&mut self, refused: impl Fn(&[usize]) -> bool) -> bool {
-        let is_refused = |light: &mut (Vec<usize>, FittedLight)| refused(&light.0);
-        let given_up: Vec<_> = self.lights.extract_if(.., is_refused).collect();
-        for (region, _) in &given_up {
-            for pixel in region {
-                self.refused[*pixel] = true;
-            }
+    /// Lets these `pixels`, and all lights that they show, keep their blur. Returns the number of lights that were
+    /// explained before.
+    pub(super) fn keep_blur_of(&mut self, pixels: &[bool]) -> usize {
+        for (kept, pixel) in self.kept.iter_mut().zip(pixels) {
+            *kept |= pixel;
         }
-        let any = !given_up.is_empty();
-        self.unexplained
-            .extend(given_up.into_iter().map(|(region, _)| region));
-        any
+        let count = self.lights.len();
+        let kept = &mut self.kept;
+        self.lights.retain(|(region, _)| {
+            let shows = region.iter().any(|pixel| pixels[*pixel]);
+            if shows {
+                region.iter().for_each(|pixel| kept[*pixel] = true);
+            }
+            !shows
+        });
+        count - self.lights.len()
+    }
+
+    /// Makes lights without any of these `pixels` a part of the picture.
+    pub(super) fn retain_lights_of(&mut self, pixels: &[bool]) {
+        (self.lights).retain(|(region, _)| region.iter().any(|pixel| pixels[*pixel]));
     }
 
     /// The light of all sources, on a plate `width` pixels wide.
     pub(super) fn sources(self, width: usize) -> LightSources {
-        let mut found = LightSources::none(self.refused.len());
+        let mut found = LightSources::none(self.kept.len());
         for (region, light) in self.lights {
             add(&mut found.blurred, width, &light, 1.0);
             light.add_error(&mut found.error, width);
@@ -149,9 +143,7 @@ impl FoundLights {
             }
             found.sources.extend(light.sources);
         }
-        for pixel in self.unexplained.into_iter().flatten() {
-            found.unexplained[pixel] = true;
-        }
+        found.unexplained = self.kept;
         found
     }
 }
@@ -224,13 +216,9 @@ impl LightSearch<'_> {
                     add(&mut rest, self.scene.width, &light, -1.0);
                     lights[index] = Some(light);
                 } else if matches!(fit, Fit::Unexplained) && self.would_ring(region) {
-                    found.unexplained.push(region.clone());
+                    region.iter().for_each(|pixel| found.kept[*pixel] = true);
                 }
             }
-        }
-        let unexplained: Vec<usize> = found.unexplained.iter().flatten().copied().collect();
-        for pixel in unexplained {
-            found.refused[pixel] = true;
         }
         let keeps_blur = |region: &[usize]| {
             region.iter().any(|k| is_clipped(*k))
@@ -240,9 +228,7 @@ impl LightSearch<'_> {
             match light {
                 Some(light) => found.lights.push((region, light)),
                 None if keeps_blur(&region) => {
-                    for pixel in region {
-                        found.refused[pixel] = true;
-                    }
+                    region.iter().for_each(|pixel| found.kept[*pixel] = true);
                 }
                 None => {}
             }
@@ -250,7 +236,7 @@ impl LightSearch<'_> {
         Ok(found)
     }
 
-    /// Returns whether a region, a highlight of any plane, is bright in this one.
+    /// Returns whether a region that is a highlight in one of the colours is bright in this one.
     fn stands_out(&self, region: &[usize]) -> bool {
         let (dimmest, brightest) = self.range(region);
         self.would_ring(region)

@@ -60,7 +60,7 @@ mod winsorised;
 
 pub use canvas::Canvas;
 pub use change_map::change_map;
-pub use colour_match::reference_colour;
+pub use colour_match::{match_blur, reference_colour};
 pub use deconvolver::{Clipping, Deconvolver, Lights, SharpPlane, find_lights};
 pub use lens_check::estimate_blur_share;
 pub use saturation::Saturation;

@@ -33,7 +33,7 @@ impl Deconvolver {
     /// Measures the noise gain at each pixel of the plate, as a root mean square over about 30 px. It is 0 for a black plane.
     ///
     /// `sharp` must be the result for this plane and its `lights`. Blur is removed once more, from a plane with other
-    /// noise. Lights that were not separated are not in it either.
+    /// noise, with the same lights separated.
     ///
     /// # Errors
     /// Those of [`Deconvolver::remove`].
@@ -87,9 +87,9 @@ impl Deconvolver {
         let mut searched = plate.search(&deconvolver, &noisy, &|share| {
             progress(LIGHTS_SHARE * share)
         })?;
-        let explained = &lights.sources.explained;
-        let is_new = |region: &[usize]| !region.iter().any(|pixel| explained[*pixel]);
-        searched.found.give_up(is_new);
+        // Noise must not change which lights are separated, or all of their light would count as noise.
+        searched.found.keep_blur_of(&lights.sources.unexplained);
+        searched.found.retain_lights_of(&lights.sources.explained);
         let lights = searched.lights(&lights.highlights, scene.width);
         let progress = |share: f64| progress(LIGHTS_SHARE + (1.0 - LIGHTS_SHARE) * share);
         let other = deconvolver.remove_around(&lights, scene, &noisy, &progress)?;

@@ -253,7 +253,8 @@ fn noise_gain_is_within_40_percent_of_the_truth() {
         samples: &plate,
         weights: &WEIGHTS,
     }];
-    let lights = find_lights(&[deconvolver], &scene, &planes, &|_| true).expect("a valid scene");
+    let lights =
+        find_lights(&scene, &[(deconvolver, planes[0])], &|_| true).expect("a valid scene");
     let gain = deconvolver.noise_gain(&lights[0], &scene, &planes[0], &first, &|_| true);
     let gain = gain.expect("a valid scene");
     let found = others.map(|plate| sharpen(&scene, &plate, deconvolver));

@@ -4,7 +4,7 @@ use super::super::Lights;
 use super::super::test_scenes::{
     GrowingBlur, HEIGHT, WEIGHTS, WIDTH, blurred, lens, psnr_db, remove, scene, sharpen,
 };
-use super::super::{Deconvolver, Saturation, find_lights};
+use super::super::{Deconvolver, Saturation, find_lights, match_blur};
 use crate::{BlurField, DisplacedBlur, Displacement, Plane, Renderer, Scatter, Scene};
 use seidel_optics::field::{FieldPoint, Frame};
 
@@ -186,12 +186,11 @@ fn colours_get_the_blur_and_the_place_of_the_reference() {
         noise: Some(0.0005),
         ..Deconvolver::default()
     };
-    let planes = [plane(0), plane(1)];
-    let lights = find_lights(&[deconvolver; 2], &scene, &planes, &|_| true).expect("a valid scene");
+    let planes = [0, 1].map(|colour| (deconvolver, plane(colour)));
+    let lights = find_lights(&scene, &planes, &|_| true).expect("a valid scene");
     let matched = |colour: usize| {
         let lights = &lights[colour];
-        let matched =
-            deconvolver.match_blur(lights, &scene, &plane(colour), &weights[0], &|_| true);
+        let matched = match_blur(lights, &scene, &plane(colour), &weights[0], &|_| true);
         matched.expect("a valid scene")
     };
     assert!(matched(0) == blurred[0]);
@@ -243,4 +242,41 @@ fn a_lamp_is_separated_in_all_colours_or_none() {
         let is_kept = changed(&together, lamp) < 0.01 * lamp.2;
         assert_eq!(is_kept, lamp.2 == 10.0, "{lamp:?}");
     }
+}
+
+/// A lamp that is clipped in one colour, and keeps its blur there, keeps it in the other too.
+#[test]
+fn a_lamp_that_is_clipped_in_one_colour_is_separated_in_none() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let plate = blurred(&scene, &Scatter, &lamps(), 0.001);
+    // No sample of the rim of the second lamp tells how bright it is.
+    let clipped: Vec<f32> = (plate.iter().enumerate())
+        .map(|(k, v)| {
+            if far(k, LAMPS[1]) < 14.0 {
+                1.0
+            } else {
+                v.min(1.0)
+            }
+        })
+        .collect();
+    let colour = |samples, saturation| {
+        let deconvolver = Deconvolver {
+            saturation,
+            ..Deconvolver::default()
+        };
+        let weights = &WEIGHTS;
+        (deconvolver, Plane { samples, weights })
+    };
+    let colours = [
+        colour(&plate, Saturation::Never),
+        colour(&clipped, Saturation::Level(1.0)),
+    ];
+    let separated = |colours| {
+        let lights = find_lights(&scene, colours, &|_| true).expect("a valid scene");
+        [LAMPS[0], LAMPS[1]]
+            .map(|(x, y, _)| lights[0].sources.explained[y as usize * WIDTH + x as usize])
+    };
+    assert_eq!(separated(&colours[..1]), [true, true]);
+    assert_eq!(separated(&colours), [true, false]);
 }
