@@ -1,5 +1,6 @@
 //! One picture blurred by the lens with some noise, and the result of removal.
 
+use crate::Options;
 use crate::SIDE;
 use crate::lenses::SkewNormalLens;
 use seidel_optics::error::Result;
@@ -9,7 +10,6 @@ use seidel_render::remove::Deconvolver;
 use seidel_render::{
     Displacement, Edges, Gather, Plane, PlateMap, Renderer, Scatter, Scene, VergencePass,
 };
-use std::f64::consts::TAU;
 use std::time::Instant;
 
 /// The green channel of the lens.
@@ -82,10 +82,10 @@ pub(crate) fn measure(
     truth: &[f32],
     blurred: &[f32],
     noise: f64,
-    rounds: usize,
+    options: &Options,
 ) -> Result<Measurement> {
     eprintln!("{name} {noise}");
-    let plate = with_noise(blurred, noise, 0);
+    let plate = options.kind.add_to(blurred, noise, 0);
     let fast = Gather::default();
     let blur = |samples: &[f32]| fast.render(scene, &plane(samples), &|_| true);
     let deconvolver = Deconvolver::default();
@@ -97,7 +97,7 @@ pub(crate) fn measure(
     let back = fast.render(&whole, &plane(&removed.sharp), &|_| true)?;
     let back = removed.canvas.crop(&back.planes[0]);
     let (mut blurs, mut removals) = (Vec::new(), Vec::new());
-    for _ in 0..rounds {
+    for _ in 0..options.rounds {
         blurs.push(timed(|| blur(truth))?);
         removals.push(timed(remove)?);
     }
@@ -126,22 +126,6 @@ pub(crate) fn median(mut times: Vec<f64>) -> f64 {
     times.sort_by(f64::total_cmp);
     let middle = times.len() / 2;
     times.get(middle).copied().unwrap_or(f64::NAN)
-}
-
-/// Adds Gaussian noise, the same on every machine (a linear congruential generator and Box-Muller).
-pub(crate) fn with_noise(samples: &[f32], deviation: f64, seed: u64) -> Vec<f32> {
-    let mut state = 12345_u64 + seed;
-    let mut uniform = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((state >> 33) as f64 + 0.5) / (1_u64 << 31) as f64
-    };
-    let noisy = |sample: &f32| {
-        let normal = (-2.0 * uniform().ln()).sqrt() * (TAU * uniform()).cos();
-        sample + (deviation * normal) as f32
-    };
-    samples.iter().map(noisy).collect()
 }
 
 /// Returns the peak signal-to-noise ratio for a peak of one within the border, dB.

@@ -1,8 +1,9 @@
 //! Colour fringes at high-contrast edges of neutral pictures, before and after `match_blur`.
 
 use crate::SIDE;
-use crate::case::{self, psnr_db, timed, with_noise};
+use crate::case::{self, psnr_db, timed};
 use crate::lenses::SkewNormalLens;
+use crate::noise::Noise;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_render::remove::{Deconvolver, find_lights, match_blur, reference_colour};
@@ -78,7 +79,7 @@ pub(crate) fn print(pictures: &[(String, Vec<f32>)], noises: &[f64], rounds: usi
         let sharp = Scatter.render(&scene, &planes, &|_| true)?.planes;
         for noise in noises {
             let plate: Vec<Vec<f32>> = (sharp.iter().enumerate())
-                .map(|(k, plane)| with_noise(plane, *noise, k as u64))
+                .map(|(k, plane)| Noise::White.add_to(plane, *noise, k as u64))
                 .collect();
             let planes: Vec<Plane> = (plate.iter().zip(&weights))
                 .map(|(samples, weights)| Plane { samples, weights })

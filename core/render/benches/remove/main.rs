@@ -6,6 +6,9 @@
 //! - `--images DIR`: pictures, NAME.f32 files of 512 x 512 samples (0 to 1, linear, little-endian, row-major), by default
 //!   a synthetic one;
 //! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
+//! - `--grain`: the noise is film grain instead, coarser than a pixel and stronger in the light;
+//! - `--pan`: measures the flicker over a pan of 24 frames instead;
+//! - `--doubts`: measures the lens check instead, with the right lens and wrong ones;
 //! - `--scenes`: measures ringing in drawn scenes instead, for each treatment of lights;
 //! - `--only TEXT`: of those scenes, those with TEXT in their names;
 //! - `--fringes`: measures colour fringes instead, before and after they are taken off alone;
@@ -17,12 +20,15 @@
 //! output is Markdown: see `docs/background/remove.md`.
 
 mod case;
+mod doubts;
 mod fringes;
 mod kernels;
 #[path = "../render/lenses.rs"]
 mod lenses;
 #[path = "../render/machine.rs"]
 mod machine;
+mod noise;
+mod pan;
 mod pictures;
 #[path = "../render/plate.rs"]
 mod plate;
@@ -30,6 +36,7 @@ mod ringing;
 mod scenes;
 
 use case::{Measurement, measure};
+use noise::Noise;
 use std::path::PathBuf;
 
 /// Columns and rows of pictures.
@@ -42,6 +49,9 @@ struct Options {
     out: Option<PathBuf>,
     rounds: usize,
     noises: Vec<f64>,
+    kind: Noise,
+    pan: bool,
+    doubts: bool,
     scenes: bool,
     only: String,
     fringes: bool,
@@ -55,13 +65,21 @@ impl Options {
             arguments.get(place + 1).cloned()
         };
         let noises = after("--noise").unwrap_or_else(|| "0,0.001,0.01".to_owned());
+        let has = |name: &str| arguments.iter().any(|a| a == name);
         Ok(Self {
             images: after("--images").map(PathBuf::from),
             out: after("--out").map(PathBuf::from),
             rounds: after("--rounds").map_or(Ok(3), |n| n.parse())?,
-            scenes: arguments.iter().any(|a| a == "--scenes"),
+            scenes: has("--scenes"),
             only: after("--only").unwrap_or_default(),
-            fringes: arguments.iter().any(|a| a == "--fringes"),
+            fringes: has("--fringes"),
+            pan: has("--pan"),
+            doubts: has("--doubts"),
+            kind: if has("--grain") {
+                Noise::FilmGrain
+            } else {
+                Noise::White
+            },
             noises: noises
                 .split(',')
                 .map(str::parse)
@@ -89,11 +107,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         fringes::print(&pictures, &options.noises, options.rounds)?;
         return Ok(());
     }
+    if options.pan {
+        let pictures = pictures::all(options.images.as_deref())?;
+        pan::print(&scene, &pictures, &options)?;
+        return Ok(());
+    }
+    if options.doubts {
+        let pictures = pictures::all(options.images.as_deref())?;
+        doubts::print(&scene, &pictures, &options)?;
+        return Ok(());
+    }
     println!("{}", Measurement::head());
     for (name, truth) in pictures::all(options.images.as_deref())? {
         let blurred = case::blurred(&scene, &truth)?;
         for noise in &options.noises {
-            let found = measure(&scene, &name, &truth, &blurred, *noise, options.rounds)?;
+            let found = measure(&scene, &name, &truth, &blurred, *noise, &options)?;
             println!("{}", found.line());
             if let Some(folder) = &options.out {
                 for (kind, samples) in [("plate", &found.plate), ("seidel", &found.sharp)] {

@@ -1,6 +1,7 @@
 //! Ringing beside lights and edges, and noise in flat areas, before removal and after it by each treatment of lights.
 
-use crate::case::{self, WEIGHTS, blurred, lens_of_size, median, psnr_db, timed, with_noise};
+use crate::case::{self, WEIGHTS, blurred, lens_of_size, median, psnr_db, timed};
+use crate::noise::Noise;
 use crate::scenes::{LAMP_RADIUS, LAMPS, RingingScene, all, lamp_centre};
 use crate::{Options, SIDE, pictures};
 use seidel_optics::error::Result;
@@ -85,7 +86,8 @@ pub(crate) fn print(
 }
 
 fn plate(scene: &Scene, ringing: &RingingScene, seed: u64) -> Result<Vec<f32>> {
-    let mut plate = with_noise(&blurred(scene, &ringing.truth)?, ringing.noise, seed);
+    let blurred = blurred(scene, &ringing.truth)?;
+    let mut plate = Noise::White.add_to(&blurred, ringing.noise, seed);
     for sample in &mut plate {
         *sample = sample.min(ringing.clip);
         if let Some(bits) = ringing.bits {
