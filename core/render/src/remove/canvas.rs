@@ -98,6 +98,21 @@ impl Canvas {
         window.cut(self.size().0, canvas)
     }
 
+    /// Returns a `plane` of another canvas about the same plate on this one: cropped, or with its edge pixels replicated.
+    pub(super) fn fit(&self, other: &Self, plane: &[f32]) -> Vec<f32> {
+        let ((width, height), own) = (other.size(), self.size().0);
+        let inside = |at: usize, margin: usize, other: usize, size: usize| {
+            (at + other).saturating_sub(margin).min(size - 1)
+        };
+        let count = own * self.size().1;
+        let pixel = |k: usize| {
+            let x = inside(k % own, self.margin_x, other.margin_x, width);
+            let y = inside(k / own, self.margin_y, other.margin_y, height);
+            plane[y * width + x]
+        };
+        (0..count).into_par_iter().map(pixel).collect()
+    }
+
     /// Returns a plane of the canvas with `value(index)` at each pixel of the plate, and `margin` around it.
     pub(super) fn embed<T: Copy>(&self, margin: T, value: impl Fn(usize) -> T) -> Vec<T> {
         let (width, height) = self.size();
