@@ -76,6 +76,8 @@ pub(super) struct Problem<'a> {
     pub(super) weights: &'a [f32],
     /// Standard deviation of the plate's noise.
     pub(super) noise: f64,
+    /// The least that it can be, from the frequencies that the lens blocks: residuals below it show that the estimate overfits.
+    pub(super) least_noise: f64,
     /// s.
     pub(super) deviation: f64,
     /// Number of iterations.
@@ -135,7 +137,7 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
         }
         let misfit = problem.misfit(&estimate);
         if iteration > 0 {
-            let ratio = misfit * problem.deviation / (OVERFIT_RATIO * problem.noise);
+            let ratio = misfit * problem.deviation / (OVERFIT_RATIO * problem.least_noise);
             let growth = ratio.powi(-4).clamp(1.0, MAX_WEIGHT_GROWTH);
             weight = (weight * growth).min(MAX_WEIGHT);
         }

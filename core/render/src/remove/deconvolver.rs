@@ -4,6 +4,7 @@ use super::admm::{Problem, Refinement, solve};
 use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
 use super::light_sources::FoundLights;
+use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
 use super::separation::{PlaneLights, PlateInputs};
 use super::{Canvas, Highlights, Saturation};
@@ -274,6 +275,8 @@ impl Deconvolver {
             operator,
             weights: &weights,
             noise,
+            // A residual is as large as the noise only at frequencies that the lens blocks.
+            least_noise: noise.min(estimate_noise(plane.samples, &canvas, operator).blocked),
             deviation: noise_model.deviation(),
             iterations: self.iterations,
             refinement: plate.variant.refinement,

@@ -3,7 +3,7 @@
 use super::canvas::window_scene;
 use super::lens_operator::Accuracy;
 use super::texture::{Estimate, texture_correction};
-use super::transfer_functions::TransferFunctions;
+use super::transfer_functions::{StopbandPower, TransferFunctions};
 use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
@@ -175,13 +175,13 @@ impl DepthLayer {
         out
     }
 
-    /// Returns the median stopband power of each usable tile ([`TransferFunctions::stopband_powers`]).
+    /// Returns the powers in the stopband of each usable tile ([`TransferFunctions::stopband_powers`]).
     pub(super) fn stopband_powers(
         &self,
         plane: &[f32],
         stopband_power: f32,
         min_frequencies: usize,
-    ) -> Vec<f64> {
+    ) -> Vec<StopbandPower> {
         self.transfer.stopband_powers(
             &self.cut(plane),
             self.coverage.as_deref(),

@@ -135,11 +135,8 @@ impl<'a> DepthSplit<'a> {
             Some(noise) => noise,
             None => {
                 let canvas = Canvas::new(scene);
-                estimate_noise(
-                    samples,
-                    &canvas,
-                    &LensOperator::new(scene, &canvas, weights)?,
-                )
+                let operator = LensOperator::new(scene, &canvas, weights)?;
+                estimate_noise(samples, &canvas, &operator).deviation
             }
         };
         let in_front = self.foreground_scene();

@@ -9,6 +9,7 @@ use super::canvas::Canvas;
 use super::depth_layer::DepthLayer;
 use super::gradient::norms;
 use super::texture::Estimate;
+use super::transfer_functions::StopbandPower;
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
@@ -157,14 +158,14 @@ impl LensOperator {
         self.sum_of_layers(|layer| Ok(layer.mean_over_frequencies(&value)))
     }
 
-    /// Returns the median power of `plane`, a plane of the canvas, in the stopband of each usable tile
+    /// Returns the powers of `plane`, a plane of the canvas, in the stopband of each usable tile
     /// ([`TransferFunctions::stopband_powers`](super::transfer_functions::TransferFunctions::stopband_powers)).
     pub(super) fn stopband_powers(
         &self,
         plane: &[f32],
         stopband_power: f32,
         min_frequencies: usize,
-    ) -> Vec<f64> {
+    ) -> Vec<StopbandPower> {
         let layers = self.layers.iter();
         layers
             .flat_map(|layer| layer.stopband_powers(plane, stopband_power, min_frequencies))

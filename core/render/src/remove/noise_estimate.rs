@@ -5,6 +5,8 @@
 
 use super::canvas::Canvas;
 use super::lens_operator::LensOperator;
+use super::winsorised::WinsorisedStatistics;
+use std::f64::consts::LN_2;
 
 /// Median of the absolute value of a standard normal deviate.
 const MEDIAN_ABS_NORMAL: f64 = 0.674_489_75;
@@ -12,19 +14,48 @@ const MEDIAN_ABS_NORMAL: f64 = 0.674_489_75;
 const STOPBAND_POWER: f32 = 1e-6;
 /// Least number of stopband frequencies in a tile that is used.
 const MIN_FREQUENCIES: usize = 64;
+/// Ratio of the noise at the lowest frequencies of the stopband to that at all from which neighbouring pixels share it: about
+/// 1.1 for white noise, 10 for film grain of a few pixels, and as much where there is no noise but a little of the picture.
+const SHARED_NOISE_GROWTH: f64 = 2.0;
+/// Least noise in the stopband that can be shared, as a share of the brightest light: less is the picture.
+const LEAST_SHARED_NOISE: f64 = 2e-5;
+/// Noise that neighbouring pixels share at frequencies that the lens passes, over that at the lowest ones it blocks.
+const PASSBAND_GROWTH: f64 = 2.2;
 /// Largest number of samples from which the quantisation step is estimated.
 const MAX_SAMPLES: usize = 8192;
 /// Least number of distinct levels: planes with fewer are masks, which say nothing about quantisation.
 const MIN_LEVELS: usize = 16;
 
-/// Returns the standard deviation of white noise in `plane`, a plane of the plate on `canvas`.
+/// The noise of a plane, as the standard deviation of white noise of the same power.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NoiseEstimate {
+    /// At the frequencies that the lens passes.
+    pub(super) deviation: f64,
+    /// At those that it blocks: less for film grain and other noise that neighbouring pixels share.
+    pub(super) blocked: f64,
+}
+
+/// Estimates the noise of `plane`, a plane of the plate on `canvas`.
 ///
 /// It is estimated from the stopband of the lens `operator`, in the median tile. If the lens has no stopband, it is
 /// estimated by [`haar_noise`]. It is at least the [`quantisation_noise`].
-pub(super) fn estimate_noise(plane: &[f32], canvas: &Canvas, operator: &LensOperator) -> f64 {
-    stopband_noise(plane, canvas, operator)
-        .unwrap_or_else(|| haar_noise(plane, canvas.plate.0))
-        .max(quantisation_noise(plane))
+pub(super) fn estimate_noise(
+    plane: &[f32],
+    canvas: &Canvas,
+    operator: &LensOperator,
+) -> NoiseEstimate {
+    let found = stopband_noise(plane, canvas, operator).unwrap_or_else(|| {
+        let deviation = haar_noise(plane, canvas.plate.0);
+        NoiseEstimate {
+            deviation,
+            blocked: deviation,
+        }
+    });
+    let least = quantisation_noise(plane);
+    NoiseEstimate {
+        deviation: found.deviation.max(least),
+        blocked: found.blocked.max(least),
+    }
 }
 
 /// Returns the standard deviation of rounding to the levels that occur in `plane`: 1 / sqrt(12) of the median step
@@ -44,15 +75,39 @@ fn quantisation_noise(plane: &[f32]) -> f64 {
 }
 
 /// Returns the noise in the stopband of the lens, or nothing if no tile has enough of a stopband.
-fn stopband_noise(plane: &[f32], canvas: &Canvas, operator: &LensOperator) -> Option<f64> {
+///
+/// Noise that neighbouring pixels share is weaker the higher the frequency. Where that is seen within the stopband, the noise
+/// beside it is extrapolated from the tiles in which the stopband reaches the lowest frequencies.
+fn stopband_noise(
+    plane: &[f32],
+    canvas: &Canvas,
+    operator: &LensOperator,
+) -> Option<NoiseEstimate> {
     let mirrored = canvas.extend_by_mirroring(plane);
     let mut powers = operator.stopband_powers(&mirrored, STOPBAND_POWER, MIN_FREQUENCIES);
-    if powers.is_empty() {
-        return None;
+    let deviation = |median_power: f64| (median_power / LN_2).sqrt();
+    let blocked = deviation(median(powers.iter().map(|power| power.all))?);
+    let growth = median(powers.iter().map(|power| (power.lowest / power.all).sqrt()))?;
+    let light = WinsorisedStatistics::of_absolute(plane).percentile_99;
+    if growth < SHARED_NOISE_GROWTH || blocked < LEAST_SHARED_NOISE * light {
+        return Some(NoiseEstimate {
+            deviation: blocked,
+            blocked,
+        });
     }
-    let middle = powers.len() / 2;
-    let (_, median, _) = powers.select_nth_unstable_by(middle, f64::total_cmp);
-    Some((*median / std::f64::consts::LN_2).sqrt())
+    powers.sort_by(|a, b| (a.lowest_gradient_power).total_cmp(&b.lowest_gradient_power));
+    let lowest = powers[..powers.len().div_ceil(4)].iter();
+    Some(NoiseEstimate {
+        deviation: PASSBAND_GROWTH * deviation(median(lowest.map(|power| power.lowest))?),
+        blocked,
+    })
+}
+
+/// Returns the median of some numbers, if there are any.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// Returns the standard deviation of white noise in a plane `width` samples wide, from the median absolute diagonal Haar
@@ -84,7 +139,7 @@ mod tests {
         let canvas = Canvas::new(&scene);
         let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
         for noise in [0.001, 0.01, 0.03] {
-            let estimate = estimate_noise(&plate(noise), &canvas, &operator);
+            let estimate = estimate_noise(&plate(noise), &canvas, &operator).deviation;
             assert!((estimate / noise - 1.0).abs() < 0.06, "{noise}: {estimate}");
         }
     }

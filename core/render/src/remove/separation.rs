@@ -88,7 +88,7 @@ impl<'a> PlateInputs<'a> {
         let canvas = self.canvas;
         let estimate = || {
             let operator = LensOperator::new(self.scene, &canvas, plane.weights)?;
-            Ok(estimate_noise(plane.samples, &canvas, &operator))
+            Ok(estimate_noise(plane.samples, &canvas, &operator).deviation)
         };
         let noise = deconvolver.noise.map_or_else(estimate, Ok)?;
         let clip_level = deconvolver.saturation.level(plane.samples, noise);

@@ -315,6 +315,29 @@ fn confidence_falls_with_noise_and_blur() {
     assert!(clear[corner] < 0.8 * clear[middle]);
 }
 
+/// Film grain is shared by neighbouring pixels: the frequencies that the lens blocks have hardly any of it.
+#[test]
+fn film_grain_is_not_amplified() {
+    let lens = lens(2.0);
+    let scene = scene(&lens);
+    let sharp = discs(WIDTH, HEIGHT);
+    let mut plate = blurred(&scene, &Scatter, &sharp, 0.0);
+    let white = NormalDeviates(4).plane(WIDTH * HEIGHT);
+    let noise = 0.01;
+    for (k, sample) in plate.iter_mut().enumerate() {
+        let (x, y) = (k % WIDTH, k / WIDTH);
+        let at = |dx: usize, dy: usize| white[(y + dy) % HEIGHT * WIDTH + (x + dx) % WIDTH];
+        let row = |dy| at(0, dy) + 2.0 * at(1, dy) + at(2, dy);
+        *sample += noise / 6.0 * (row(0) + 2.0 * row(1) + row(2));
+    }
+    let removed = remove(&scene, &plate, Deconvolver::default());
+    let estimate = removed.noise as f32 / noise;
+    assert!((1.0..4.0).contains(&estimate), "{estimate}");
+    let found = psnr_db(&removed.canvas.crop(&removed.sharp), &sharp);
+    let before = psnr_db(&plate, &sharp);
+    assert!(found > before + 2.0, "{before} dB before, {found} dB found");
+}
+
 #[test]
 fn strong_noise_is_not_amplified() {
     let lens = lens(1.0);

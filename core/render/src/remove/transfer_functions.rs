@@ -45,6 +45,17 @@ fn tile_side(size: (usize, usize), widest: f64) -> usize {
     side
 }
 
+/// Median powers of a plane in the stopband of a tile. White noise of unit variance has a mean power of one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StopbandPower {
+    /// Over all of the stopband.
+    pub(super) all: f64,
+    /// Over its lowest frequencies, next to those that the lens passes.
+    pub(super) lowest: f64,
+    /// |D|² of the median of those.
+    pub(super) lowest_gradient_power: f32,
+}
+
 impl TransferFunctions {
     /// Computes the transfer functions of `scene`, at one vergence, for a plane with these channel `weights`.
     ///
@@ -168,8 +179,7 @@ impl TransferFunctions {
         self.tiles.overlap_add(&means)
     }
 
-    /// Returns the median power of `plane` over the stopband of each tile: the frequencies with |h|² below
-    /// `stopband_power`. White noise of unit variance has a mean power of one.
+    /// Returns the powers of `plane` in the stopband of each tile: the frequencies with |h|² below `stopband_power`.
     ///
     /// Tiles count that lie wholly on the plane, with `coverage` everywhere, and have at least `min_frequencies` in the
     /// stopband.
@@ -179,7 +189,7 @@ impl TransferFunctions {
         coverage: Option<&[f32]>,
         stopband_power: f32,
         min_frequencies: usize,
-    ) -> Vec<f64> {
+    ) -> Vec<StopbandPower> {
         let side = self.fft.side;
         // A Hann window: its side lobes are low, so that strong low frequencies do not leak into the stopband.
         let hann: Vec<f32> = (0..side)
@@ -203,15 +213,25 @@ impl TransferFunctions {
                     samples.extend(row.map(|(sample, wx)| wy * wx * sample));
                 }
                 self.fft.forward(&mut samples, buffers);
-                let frequencies = buffers.spectrum.iter().zip(transfer);
-                let mut powers: Vec<f32> = frequencies
+                let spectrum = buffers.spectrum.iter().zip(&self.gradient_power);
+                let mut powers: Vec<(f32, f32)> = (spectrum.zip(transfer))
                     .filter(|(_, h)| h.norm_sqr() < stopband_power)
-                    .map(|(value, _)| value.norm_sqr() / energy)
+                    .map(|((value, gradient), _)| (*gradient, value.norm_sqr() / energy))
                     .collect();
-                let middle = powers.len() / 2;
                 (powers.len() >= min_frequencies).then(|| {
-                    let (_, median, _) = powers.select_nth_unstable_by(middle, f32::total_cmp);
-                    f64::from(*median)
+                    powers.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+                    let median = |powers: &[(f32, f32)]| {
+                        let mut powers: Vec<f32> = powers.iter().map(|(_, power)| *power).collect();
+                        let middle = powers.len() / 2;
+                        let (_, median, _) = powers.select_nth_unstable_by(middle, f32::total_cmp);
+                        f64::from(*median)
+                    };
+                    let lowest = &powers[..min_frequencies];
+                    StopbandPower {
+                        all: median(&powers),
+                        lowest: median(lowest),
+                        lowest_gradient_power: lowest[min_frequencies / 2].0,
+                    }
                 })
             })
             .flatten()
