@@ -104,6 +104,7 @@ mod match_colours;
 mod memory;
 mod picture_diagnosis;
 mod placement;
+mod plane_removal;
 mod planes;
 mod plate;
 mod plate_gap;

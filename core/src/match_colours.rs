@@ -65,6 +65,7 @@ impl PreparedPlate {
             light,
             settings,
             scale,
+            ..
         } = self.removal_inputs();
         let colour_count = light.colour_count();
         if colour_count < 2 {

@@ -55,9 +55,12 @@ impl LensSession {
             let background = PreparedBackground::new(self, &plate.geometry, background);
             background.map_err(|e| e.within("background"))
         });
-        let prepared =
+        let mut prepared =
             self.prepare_parts(plate.image, plate.geometry, depth, holdout.transpose()?)?;
-        prepared.with_background(background.transpose()?)
+        if let Some(background) = background.transpose()? {
+            prepared.set_background(background)?;
+        }
+        Ok(prepared)
     }
 
     /// As [`LensSession::prepare`], of parts whose depth and holdout were prepared before.
@@ -193,13 +196,10 @@ impl PreparedPlate {
     ///
     /// # Errors
     /// A background without a colour of the plate.
-    pub fn with_background(self, background: Option<PreparedBackground>) -> Result<Self> {
-        let background = background.map(|background| {
-            let ordered = background.with_layout(self.planes.layout());
-            ordered.map_err(|e| e.within("background"))
-        });
-        let background = background.transpose()?;
-        Ok(Self { background, ..self })
+    pub fn set_background(&mut self, background: PreparedBackground) -> Result<()> {
+        let ordered = background.with_layout(self.planes.layout());
+        self.background = Some(ordered.map_err(|e| e.within("background"))?);
+        Ok(())
     }
 
     /// Returns the plate with `margins` of transparent black about it, whose depth and lens are those of the nearest pixel.

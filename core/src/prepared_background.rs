@@ -8,6 +8,7 @@ use crate::planes::{PlaneLayout, PremultipliedPlanes};
 use crate::plate::{Background, PlateGeometry};
 use crate::prepared_depth::PreparedDepth;
 use crate::session::LensSession;
+use seidel_optics::predict::Predictor;
 use seidel_render::VergencePass;
 
 /// A background prepared for the renders of its plate: planes in the order of the plate's, and vergences.
@@ -65,6 +66,13 @@ impl PreparedBackground {
         }
     }
 
+    /// Returns the background as the light that the sensor of `lens` recorded.
+    pub(crate) fn undeveloped(&self, lens: &Predictor, weights: &[Vec<f64>]) -> Self {
+        let mut light = self.clone();
+        light.planes.undevelop(lens, weights);
+        light
+    }
+
     /// Largest magnitude of a colour sample.
     pub(crate) fn peak(&self) -> f64 {
         self.planes.peak()
@@ -76,6 +84,10 @@ impl PreparedBackground {
             planes: self.planes.reduced_by(scale),
             depth: self.depth.clone(),
         }
+    }
+
+    pub(crate) fn light(&self) -> &PremultipliedPlanes {
+        &self.planes
     }
 
     pub(crate) fn planes(&self) -> Vec<&[f32]> {

@@ -3,16 +3,19 @@
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 use seidel_render::remove::{
-    Canvas, Deconvolver, Lights, Saturation, SharpPlane, estimate_blur_share, find_lights,
+    Canvas, Deconvolver, DepthSplit, Lights, Saturation, SharpPlane, estimate_blur_share,
 };
 use seidel_render::{Gather, Occlusion, VergencePass};
 
 use crate::finite::ComputedPlane;
 use crate::image::Image;
 use crate::light_scale::LightScale;
-use crate::planes::{PremultipliedPlanes, ReducedPlanes};
+use crate::plane_removal::{RemovalPlanes, SolvedPlanes};
+use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
+use crate::prepared_background::PreparedBackground;
 use crate::rendering::Rendering;
+use crate::session::{Refocused, refocus};
 use crate::settings::{Edges, Grain, Quality, RemovalSettings};
 use seidel_optics::Progress;
 
@@ -38,55 +41,46 @@ pub enum NoiseGain {
 impl PreparedPlate {
     /// Removes the blur of the lens.
     ///
+    /// A background is the clean plate as the lens shows it, its blur included. With it, the edges of the foreground become
+    /// sharp as well; without it, they keep their blur.
+    ///
     /// # Errors
     /// Those of [`Deconvolver::remove`], cancellation by `progress` among them.
     pub fn remove(&self, noise_gain: NoiseGain, progress: &Progress) -> Result<RemovedPlate> {
         let RemovalInputs {
             light,
+            background,
             settings,
             scale,
         } = self.removal_inputs();
-        let settings = &settings;
-        let mut removed = self.with_optics(|optics| {
-            let planes = light.weighted(self.weights());
-            let colour_count = light.colour_count();
-            let measures = noise_gain == NoiseGain::Measure;
-            let steps = 1 + planes.len() + if measures { colour_count } else { 0 };
-            let (colours, others) = planes.split_at(colour_count);
-            let deconvolver = |index| deconvolver_of_plane(settings, index, colour_count);
-            let own: Vec<_> = (colours.iter().enumerate())
-                .map(|(index, plane)| (deconvolver(index), *plane))
-                .collect();
+        let colour_count = light.colour_count();
+        let planes = RemovalPlanes {
+            planes: (light.weighted(self.weights()).into_iter().enumerate())
+                .map(|(index, plane)| (deconvolver_of_plane(&settings, index, colour_count), plane))
+                .collect(),
+            colour_count,
+        };
+        let SolvedPlanes { sharp, noise_gain } = self.with_optics(|optics| {
             let scene = &optics.scene;
-            let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
-            let lights = find_lights(scene, &own, &|part| share(0, part))?;
-            let mut done = 1;
-            let mut found = RemovedPlate {
-                planes: Vec::with_capacity(planes.len()),
-                colour_count,
-                noise_gain: Vec::new(),
+            let whole = || planes.solve(scene, noise_gain, progress);
+            let Some(background) = background else {
+                return whole();
             };
-            for ((deconvolver, plane), lights) in own.iter().zip(&lights) {
-                let in_part = |part| share(done, part);
-                let removed = deconvolver.remove_around(lights, scene, plane, &in_part)?;
-                done += 1;
-                if measures {
-                    let in_part = |part| share(done, part);
-                    let gain = deconvolver.noise_gain(lights, scene, plane, &removed, &in_part)?;
-                    found.noise_gain.push(gain);
-                    done += 1;
+            let remapped = (optics.focus_remap).map(|range| refocus(range, background.vergence()));
+            let vergence = remapped.as_ref().map(Refocused::pass);
+            match DepthSplit::new(scene, vergence.unwrap_or(background.vergence()))? {
+                Some(split) => {
+                    let clean = background.light().planes();
+                    planes.solve_split(&split, clean, noise_gain, progress)
                 }
-                found.planes.push(removed);
+                None => whole(),
             }
-            for plane in others {
-                let deconvolver = deconvolver(colour_count);
-                let in_part = |part| share(done, part);
-                let removed = deconvolver.remove(scene, &[*plane], &in_part)?;
-                found.planes.extend(removed);
-                done += 1;
-            }
-            Ok(found)
         })?;
+        let mut removed = RemovedPlate {
+            planes: sharp,
+            colour_count,
+            noise_gain,
+        };
         if let Some(scale) = scale {
             removed.restore(scale);
         }
@@ -94,13 +88,18 @@ impl PreparedPlate {
         Ok(removed)
     }
 
-    /// The light of the plate and the settings of its removal, scaled where arithmetic could overflow.
+    /// The light of the plate and its background and the settings of their removal, scaled where arithmetic could overflow.
     pub(crate) fn removal_inputs(&self) -> RemovalInputs {
         let light = self.undeveloped();
+        let background = self
+            .background()
+            .map(|background| background.undeveloped(self.session().predictor(), self.weights()));
         let mut settings = self.session().settings().removal.clone();
-        let Some(ReducedPlanes { planes, scale }) = light.reduced() else {
+        let peak = background.as_ref().map_or(0.0, PreparedBackground::peak);
+        let Some(scale) = LightScale::for_peak(light.peak().max(peak)) else {
             return RemovalInputs {
                 light,
+                background,
                 settings,
                 scale: None,
             };
@@ -110,7 +109,8 @@ impl PreparedPlate {
             *level *= scale.factor();
         }
         RemovalInputs {
-            light: planes,
+            light: light.reduced_by(scale),
+            background: background.map(|background| background.reduced_by(scale)),
             settings,
             scale: Some(scale),
         }
@@ -139,6 +139,7 @@ impl PreparedPlate {
 /// The inputs of a removal.
 pub(crate) struct RemovalInputs {
     pub(crate) light: PremultipliedPlanes,
+    pub(crate) background: Option<PreparedBackground>,
     pub(crate) settings: RemovalSettings,
     /// The scale of the light, if it is not that of the plate.
     pub(crate) scale: Option<LightScale>,

@@ -1,5 +1,6 @@
 //! `seidel remove`: removes the blur of the lens that a plate was taken with.
 
+mod background;
 mod frame;
 
 use std::ffi::OsString;
@@ -14,6 +15,7 @@ use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
+use background::BackgroundArgs;
 use frame::Job;
 use seidel_image_io::format::{Format, check_output_name};
 
@@ -25,6 +27,8 @@ pub struct RemoveArgs {
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
     #[command(flatten)]
     removal: RemovalArgs,
     /// Mix of the plate and the sharp image, 0 to 1: 0 leaves the plate unchanged
@@ -118,10 +122,14 @@ pub(super) fn run(
         ..args.removal.settings()
     };
     let reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
+    let background = args.background.source();
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: reader.depth_pattern().into_iter().map(Path::new).collect(),
+        read: (reader.depth_pattern().into_iter())
+            .chain(background.file_patterns())
+            .map(Path::new)
+            .collect(),
         written: args.side_files(),
         lenses: vec![("Lens", &args.lens)],
     };
@@ -131,5 +139,10 @@ pub(super) fn run(
     }
     reader.check_animation(&run)?;
     let removal = Removal::new(&args.removal, &reader, &run, Task::Remove);
-    run.process(&Job { args, removal }, console)
+    let job = Job {
+        args,
+        removal,
+        background: &background,
+    };
+    run.process(&job, console)
 }

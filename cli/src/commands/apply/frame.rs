@@ -5,14 +5,13 @@ use std::path::Path;
 use seidel_core::render::VergencePass;
 use seidel_core::{Edges, Rendering};
 
-use super::background::BackgroundSource;
 use super::occlusion::HoldoutSource;
 use super::{ApplyArgs, EdgeChoice, ExpandChoice, QualityChoice, residual, show, verbose};
 use crate::commands::plates::{
-    FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord, setting,
+    BackgroundSource, FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run,
+    SettingsRecord, setting,
 };
 use crate::commands::{CommandError, value_name};
-use seidel_image_io::error::FileError;
 use seidel_image_io::residual::Residual;
 
 /// The work on the frames of a run.
@@ -152,9 +151,7 @@ impl FrameWork for Job<'_> {
         }
         if let Some(file) = inputs.background {
             let depth = inputs.background_depth;
-            let background = (self.background).read(self.reader, &mut loaded, file, depth)?;
-            let prepared = loaded.prepared.with_background(Some(background));
-            loaded.prepared = prepared.map_err(|e| FileError::from_core(file, e))?;
+            (self.background).add(self.reader, &mut loaded, file, depth)?;
         }
         loaded.expand()?;
         if index == 0 {

@@ -2,6 +2,7 @@
 
 mod adjust;
 mod args;
+mod background;
 mod colour;
 mod depth;
 mod depth_check;
@@ -19,6 +20,7 @@ mod run;
 
 pub(crate) use adjust::scaled_amount;
 pub(crate) use args::PlateCommandArgs;
+pub(crate) use background::BackgroundSource;
 pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of, unrepresentable};
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};

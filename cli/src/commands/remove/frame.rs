@@ -1,13 +1,15 @@
 //! One frame of a run: read, its blur removed, written.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seidel_core::{NoiseGain, RemovedPlate};
 
 use super::RemoveArgs;
 use crate::commands::CommandError;
 use crate::commands::apply::default_rendering_record;
-use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, Map, SideFile, setting};
+use crate::commands::plates::{
+    BackgroundSource, FinishedFrame, FrameWork, LoadedPlate, Map, SideFile, setting,
+};
 use crate::commands::removal::Removal;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::{Format, output_format};
@@ -19,9 +21,25 @@ use seidel_image_io::windows::{crop_or_extend, crop_or_pad};
 pub(super) struct Job<'a> {
     pub(super) args: &'a RemoveArgs,
     pub(super) removal: Removal<'a>,
+    pub(super) background: &'a BackgroundSource,
 }
 
 impl Job<'_> {
+    /// Adds the background of the frame at `index` to its plate.
+    fn add_background(&self, index: usize, loaded: &mut LoadedPlate) -> Result<(), CommandError> {
+        let reader = self.removal.reader;
+        let depth_passes = usize::from(reader.depth_pattern().is_some());
+        let frame = self.removal.frame(index);
+        let mut files = frame.read.iter().skip(depth_passes).map(PathBuf::as_path);
+        if self.background.plate.is_none() {
+            return Ok(());
+        }
+        let Some(file) = files.next() else {
+            return Ok(());
+        };
+        (self.background).add(reader, loaded, file, files.next())
+    }
+
     /// Returns the difference between the plate and the re-blurred `sharp` plate as its file will hold it.
     fn residual(
         &self,
@@ -127,7 +145,8 @@ impl FrameWork for Job<'_> {
     type Processed = FinishedFrame;
 
     fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        let loaded = self.removal.read(index)?;
+        let mut loaded = self.removal.read(index)?;
+        self.add_background(index, &mut loaded)?;
         if self.args.residual.is_some() && self.output_format(index)? != loaded.plate.format() {
             let problem = format!(
                 "has another format than the plate, which is {}: --residual would not fit it",
@@ -141,7 +160,13 @@ impl FrameWork for Job<'_> {
     }
 
     fn memory_bytes(&self, loaded: &LoadedPlate) -> u64 {
-        self.removal.memory_bytes(loaded)
+        // Foreground and background are solved one after the other, and kept.
+        let solutions = if self.background.plate.is_some() {
+            2
+        } else {
+            1
+        };
+        solutions * self.removal.memory_bytes(loaded)
     }
 
     fn warnings(&self, loaded: &LoadedPlate) -> Vec<String> {

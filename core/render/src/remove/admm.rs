@@ -76,7 +76,7 @@ pub(super) struct Problem<'a> {
     pub(super) weights: &'a [f32],
     /// Standard deviation of the plate's noise.
     pub(super) noise: f64,
-    /// The least that it can be, from the frequencies that the lens blocks: residuals below it show that the estimate overfits.
+    /// The least that it can be: a smaller residual shows that the estimate overfits.
     pub(super) least_noise: f64,
     /// s.
     pub(super) deviation: f64,

@@ -275,8 +275,7 @@ impl Deconvolver {
             operator,
             weights: &weights,
             noise,
-            // A residual is as large as the noise only at frequencies that the lens blocks.
-            least_noise: noise.min(estimate_noise(plane.samples, &canvas, operator).blocked),
+            least_noise: estimate_noise(plane.samples, &canvas, operator).least(noise),
             deviation: noise_model.deviation(),
             iterations: self.iterations,
             refinement: plate.variant.refinement,

@@ -21,6 +21,9 @@ const SHARED_NOISE_GROWTH: f64 = 2.0;
 const LEAST_SHARED_NOISE: f64 = 2e-5;
 /// Noise that neighbouring pixels share at frequencies that the lens passes, over that at the lowest ones it blocks.
 const PASSBAND_GROWTH: f64 = 2.2;
+/// Noise that the lens blocks, as a share of the noise that the user states, below which the statement covers other errors of
+/// the plate as well.
+const LEAST_STATED_SHARE: f64 = 0.3;
 /// Largest number of samples from which the quantisation step is estimated.
 const MAX_SAMPLES: usize = 8192;
 /// Least number of distinct levels: planes with fewer are masks, which say nothing about quantisation.
@@ -33,6 +36,19 @@ pub(super) struct NoiseEstimate {
     pub(super) deviation: f64,
     /// At those that it blocks: less for film grain and other noise that neighbouring pixels share.
     pub(super) blocked: f64,
+}
+
+impl NoiseEstimate {
+    /// Returns the least noise of a plate whose `noise` was stated or estimated: that at the frequencies that the lens blocks,
+    /// where the residual is noise alone.
+    pub(super) fn least(&self, noise: f64) -> f64 {
+        let is_shared = self.blocked < self.deviation;
+        if is_shared || self.blocked >= LEAST_STATED_SHARE * noise {
+            noise.min(self.blocked)
+        } else {
+            noise
+        }
+    }
 }
 
 /// Estimates the noise of `plane`, a plane of the plate on `canvas`.
@@ -142,6 +158,22 @@ mod tests {
             let estimate = estimate_noise(&plate(noise), &canvas, &operator).deviation;
             assert!((estimate / noise - 1.0).abs() < 0.06, "{noise}: {estimate}");
         }
+    }
+
+    #[test]
+    fn stated_noise_is_lowered_to_noise_that_is_seen() {
+        let white = |blocked| NoiseEstimate {
+            deviation: blocked,
+            blocked,
+        };
+        assert_eq!(white(0.01).least(0.02), 0.01);
+        assert_eq!(white(0.01).least(0.005), 0.005);
+        assert_eq!(white(1e-5).least(0.003), 0.003);
+        let grain = NoiseEstimate {
+            deviation: 0.01,
+            blocked: 0.0005,
+        };
+        assert_eq!(grain.least(0.01), 0.0005);
     }
 
     #[test]
