@@ -13,11 +13,14 @@ pub(crate) struct RemovalPlanes<'a> {
     pub(crate) colour_count: usize,
 }
 
-/// The solution of each plane, and the noise gain of each colour if it was measured.
+/// The solution of each plane.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SolvedPlanes {
     pub(crate) sharp: Vec<SharpPlane>,
+    /// That of each colour, if it was measured.
     pub(crate) noise_gain: Vec<Vec<f32>>,
+    /// Whether foreground and background were solved by themselves.
+    pub(crate) is_split: bool,
 }
 
 impl RemovalPlanes<'_> {
@@ -107,6 +110,7 @@ impl RemovalPlanes<'_> {
         Ok(SolvedPlanes {
             sharp: sharp.collect(),
             noise_gain: noise_gain.collect(),
+            is_split: true,
         })
     }
 }

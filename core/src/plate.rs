@@ -188,7 +188,8 @@ impl DepthPass {
     }
 }
 
-/// A plate without its foreground, such as a clean plate: an image of the plate's size, and its depth.
+/// A plate without its foreground, such as a clean plate: an image of the plate's size, and its depth. It is sharp where the
+/// plate is blurred by [`apply`](crate::apply()), and has the blur of the lens where [`remove`](crate::remove()) removes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Background {
     /// The image, with the colours of the plate.

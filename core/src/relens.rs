@@ -17,7 +17,8 @@ use seidel_optics::Progress;
 const REMOVAL_SHARE: f64 = 0.9;
 
 /// Removes the blur of lens `from`, with which `plate` was taken, and applies that of lens `to`; the plate keeps its grain.
-/// The settings hold for both lenses, but look and bloom for `to` alone.
+/// The settings hold for both lenses, but look and bloom for `to` alone. The background of the plate is the clean plate through
+/// `from`, as for [`remove`](crate::remove()).
 ///
 /// ```
 /// # fn main() -> seidel_core::Result<()> {

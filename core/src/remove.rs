@@ -14,7 +14,9 @@ use seidel_optics::Progress;
 
 /// Removes the blur of the `lens` that `plate` was taken with; returns an image of the plate's size.
 ///
-/// The depth of the plate is that of the sharp image. Look and bloom of the settings are not used. Clipped highlights keep their blur. See
+/// The depth of the plate is that of the sharp image. Its background, if it has one, is the clean plate through the same lens,
+/// blur included: with it, the edges of the foreground become sharp, which keep their blur otherwise. Look and bloom of the
+/// settings are not used. Clipped highlights that the lens does not explain keep their blur. See
 /// [`PreparedPlate::remove`](crate::PreparedPlate::remove) for confidence, amplification of noise and overscan.
 ///
 /// ```

@@ -10,7 +10,7 @@ use seidel_render::{Gather, Occlusion, VergencePass};
 use crate::finite::ComputedPlane;
 use crate::image::Image;
 use crate::light_scale::LightScale;
-use crate::plane_removal::{RemovalPlanes, SolvedPlanes};
+use crate::plane_removal::RemovalPlanes;
 use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
 use crate::prepared_background::PreparedBackground;
@@ -26,6 +26,7 @@ pub struct RemovedPlate {
     planes: Vec<SharpPlane>,
     colour_count: usize,
     noise_gain: Vec<Vec<f32>>,
+    is_split: bool,
 }
 
 /// The amplification of noise by a removal: a measurement takes as long again as the removal itself.
@@ -41,8 +42,8 @@ pub enum NoiseGain {
 impl PreparedPlate {
     /// Removes the blur of the lens.
     ///
-    /// A background is the clean plate as the lens shows it, its blur included. With it, the edges of the foreground become
-    /// sharp as well; without it, they keep their blur.
+    /// The background of the plate is here the clean plate as the lens shows it, blur included. With it, the edges of the
+    /// foreground become sharp as well; without it, they keep their blur.
     ///
     /// # Errors
     /// Those of [`Deconvolver::remove`], cancellation by `progress` among them.
@@ -60,7 +61,7 @@ impl PreparedPlate {
                 .collect(),
             colour_count,
         };
-        let SolvedPlanes { sharp, noise_gain } = self.with_optics(|optics| {
+        let solved = self.with_optics(|optics| {
             let scene = &optics.scene;
             let whole = || planes.solve(scene, noise_gain, progress);
             let Some(background) = background else {
@@ -77,9 +78,10 @@ impl PreparedPlate {
             }
         })?;
         let mut removed = RemovedPlate {
-            planes: sharp,
+            planes: solved.sharp,
             colour_count,
-            noise_gain,
+            noise_gain: solved.noise_gain,
+            is_split: solved.is_split,
         };
         if let Some(scale) = scale {
             removed.restore(scale);
@@ -219,6 +221,12 @@ impl RemovedPlate {
     /// Standard deviation of the noise of each plane.
     pub fn noise(&self) -> Vec<f64> {
         self.planes.iter().map(|removed| removed.noise).collect()
+    }
+
+    /// Whether the background was of use: foreground and background were solved by themselves. Otherwise there is none, or the
+    /// plate is nowhere nearer than it by a layer of depth.
+    pub fn is_split(&self) -> bool {
+        self.is_split
     }
 
     /// Amplification of noise at each pixel of the plate, one plane a colour; empty unless measured.

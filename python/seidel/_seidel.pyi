@@ -178,6 +178,7 @@ def remove(
     image: NDArray[_Sample],
     depth: _Depth | None = None,
     *,
+    background: Background | None = None,
     settings: Settings | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[_Sample]: ...
@@ -186,6 +187,7 @@ def remove_with_maps(
     image: _Samples,
     depth: _Depth | None = None,
     *,
+    background: Background | None = None,
     noise_gain: bool = False,
     settings: Settings | None = None,
     progress: _Progress | None = None,

@@ -45,6 +45,9 @@ fn apply<'py>(
     let settings = CallSettings::read(py, settings)?;
     let mut read = ArrayPlate::read(image, depth, &settings)?;
     read.add_holdout(holdout, &settings)?;
+    if background.is_some() {
+        settings.check_fill("background")?;
+    }
     read.add_background(background, &settings)?;
     let ArrayPlate { plate, layout } = read;
     let options = CallOptions {

@@ -120,7 +120,7 @@ impl ArrayPlate {
     /// Adds the argument `background`, a `Background`.
     ///
     /// # Errors
-    /// Arrays of another size, a plate at one distance, and settings without occlusion or fill.
+    /// Arrays of another size, and a plate at one distance.
     pub(crate) fn add_background(
         &mut self,
         background: Option<&Bound<'_, PyAny>>,
@@ -129,11 +129,10 @@ impl ArrayPlate {
         let Some(background) = background else {
             return Ok(());
         };
-        settings.check_fill("background")?;
         if matches!(self.plate.depth, Depth::Distance(_)) {
             return Err(Failure::argument(
                 "background",
-                "is given, but the image lies at one distance, where nothing is uncovered",
+                "is given, but the image lies at one distance, where nothing hides it",
                 "give the depth of every pixel, or leave out the background",
             ));
         }

@@ -45,18 +45,21 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///
 /// Returns a `Removal`: the sharp image, the confidence, the noise and its amplification.
 #[pyfunction]
-#[pyo3(signature = (lens, image, depth=None, *, noise_gain=false, settings=None, progress=None))]
+#[pyo3(signature = (lens, image, depth=None, *, background=None, noise_gain=false, settings=None, progress=None))]
 fn remove_with_maps<'py>(
     lens: &Bound<'py, Lens>,
     image: &Bound<'py, PyAny>,
     depth: Option<&Bound<'py, PyAny>>,
+    background: Option<&Bound<'py, PyAny>>,
     noise_gain: bool,
     settings: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> Result<Removal> {
     let py = image.py();
     let settings = CallSettings::read(py, settings)?;
-    let ArrayPlate { plate, layout } = ArrayPlate::read_for_removal(image, depth, &settings)?;
+    let mut read = ArrayPlate::read_for_removal(image, depth, &settings)?;
+    read.add_background(background, &settings)?;
+    let ArrayPlate { plate, layout } = read;
     let options = CallOptions {
         threads: settings.threads,
         progress,

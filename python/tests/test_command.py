@@ -141,6 +141,13 @@ def test_backgrounds(lens, image, depth, blur, tmp_path):
     result = seidel.apply(lens, image, depth, background=background)
     assert_same(result, expected)
     assert not np.array_equal(result, seidel.apply(lens, image, depth))
+    options = ["--background", tmp_path / "clean.exr", "--lens-check", "off", "--no-overscan"]
+    expected = blur("remove", image, *options, depth=depth)
+    result = seidel.remove(lens, image, depth, background=background)
+    assert_same(result, expected)
+    assert not np.array_equal(result, seidel.remove(lens, image, depth))
+    maps = seidel.remove_with_maps(lens, image, depth, background=background)
+    assert np.array_equal(maps.image, result)
 
 
 def test_alphas_of_colours(lens, image, depth, command, tmp_path):

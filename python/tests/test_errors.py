@@ -85,6 +85,8 @@ def test_holdouts_and_backgrounds(lens, image, depth):
         assert message in str(caught.value), str(caught.value)
     with pytest.raises(seidel.InvalidInput, match="lies at one distance"):
         seidel.apply(lens, image, 3.0, background=background)
+    with pytest.raises(seidel.InvalidInput, match="lies at one distance"):
+        seidel.remove(lens, image, 3.0, background=background)
 
 
 def test_types_of_settings(lens, image):

@@ -41,6 +41,7 @@ mod progress;
 mod psf_command;
 mod reference_tables;
 mod remove;
+mod remove_background;
 mod remove_lens_check;
 mod residual;
 mod self_test;

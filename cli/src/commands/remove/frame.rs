@@ -17,6 +17,9 @@ use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 use seidel_image_io::windows::{crop_or_extend, crop_or_pad};
 
+/// The warning of a background that shows nothing.
+const NO_FOREGROUND: &str = "--background changes nothing: the plate is nowhere nearer than its background, by their depths and this lens";
+
 /// The work on the frames of a run.
 pub(super) struct Job<'a> {
     pub(super) args: &'a RemoveArgs,
@@ -192,6 +195,9 @@ impl FrameWork for Job<'_> {
                 NoiseGain::Skip
             };
             let result = self.removal.remove(index, &mut loaded, noise_gain)?;
+            if self.background.plate.is_some() && !result.is_split() {
+                (loaded.warnings).push(NO_FOREGROUND.into());
+            }
             self.put_sharp(index, &loaded, &result, &mut plate)?;
             removed = Some(result);
         }
