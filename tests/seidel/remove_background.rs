@@ -98,8 +98,9 @@ fn edges_of_the_foreground_become_sharp() {
         error("blurred-edges.exr"),
         error("sharp.exr"),
     );
-    println!("{plate:.3} {without:.3} {with:.3}");
-    assert!(with < 0.5 * without.min(plate), "{plate} {without} {with}");
+    // Without the clean plate, the edges keep their blur.
+    assert!(without < 1.1 * plate, "{plate} {without}");
+    assert!(with < 0.6 * without.min(plate), "{plate} {without} {with}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::psf::SkewNormal;
 use seidel_render::remove::Deconvolver;
 use seidel_render::{
-    Displacement, Edges, Gather, Plane, PlateMap, Renderer, Scatter, Scene, VergencePass,
+    BlurField, Displacement, Edges, Gather, Plane, PlateMap, Renderer, Scatter, Scene, VergencePass,
 };
 use std::time::Instant;
 
@@ -46,7 +46,7 @@ pub(crate) fn lens_of_size(size: f64) -> Result<SkewNormalLens> {
     Ok(SkewNormalLens::new(frame, size * CORNER_SIGMA_PX))
 }
 
-pub(crate) fn scene(lens: &SkewNormalLens) -> Scene<'_> {
+pub(crate) fn scene(lens: &dyn BlurField) -> Scene<'_> {
     Scene {
         lens,
         model: &SkewNormal,

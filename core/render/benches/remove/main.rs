@@ -8,6 +8,7 @@
 //! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
 //! - `--grain`: the noise is film grain instead, coarser than a pixel and stronger in the light;
 //! - `--pan`: measures the flicker over a pan of 24 frames instead;
+//! - `--edges`: measures errors at depth edges instead, without a clean plate and with one;
 //! - `--doubts`: measures the lens check instead, with the right lens and wrong ones;
 //! - `--scenes`: measures ringing in drawn scenes instead, for each treatment of lights;
 //! - `--only TEXT`: of those scenes, those with TEXT in their names;
@@ -20,6 +21,7 @@
 //! output is Markdown: see `docs/background/remove.md`.
 
 mod case;
+mod depth_edges;
 mod doubts;
 mod fringes;
 mod kernels;
@@ -52,6 +54,7 @@ struct Options {
     kind: Noise,
     pan: bool,
     doubts: bool,
+    edges: bool,
     scenes: bool,
     only: String,
     fringes: bool,
@@ -75,6 +78,7 @@ impl Options {
             fringes: has("--fringes"),
             pan: has("--pan"),
             doubts: has("--doubts"),
+            edges: has("--edges"),
             kind: if has("--grain") {
                 Noise::FilmGrain
             } else {
@@ -110,6 +114,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if options.pan {
         let pictures = pictures::all(options.images.as_deref())?;
         pan::print(&scene, &pictures, &options)?;
+        return Ok(());
+    }
+    if options.edges {
+        let pictures = pictures::all(options.images.as_deref())?;
+        depth_edges::print(&pictures, &options)?;
         return Ok(());
     }
     if options.doubts {

@@ -17,6 +17,7 @@ use super::canvas::Canvas;
 use super::hole_filling::fill_holes;
 use super::lens_operator::{Accuracy, LensOperator};
 use super::noise_estimate::estimate_noise;
+use super::normal_deviate::normal_deviate;
 use super::{Clipping, Deconvolver, Saturation, SharpPlane, ramp};
 use crate::{DepthLayers, LayerSpacing, Plane, Scene, VergencePass};
 use rayon::prelude::*;
@@ -164,7 +165,14 @@ impl<'a> DepthSplit<'a> {
             .collect();
         let added = lens.blur(&beyond)?;
         let level = deconvolver.saturation.level(samples, noise);
-        let mut foreground: Vec<f32> = own.iter().zip(&added).map(|(a, b)| a + b).collect();
+        // Without noise of its own the extension would pass for a plate with less noise, and be fitted too closely.
+        let noise_beyond = |k: usize| {
+            let share = f64::from(ramp(transmission[k], PLATE_TRANSMISSION));
+            (noise * share * normal_deviate((samples.len() + k) as u64)) as f32
+        };
+        let mut foreground: Vec<f32> = (0..samples.len())
+            .map(|k| own[k] + added[k] + noise_beyond(k))
+            .collect();
         if let Some(level) = level {
             for (k, sample) in foreground.iter_mut().enumerate() {
                 if samples[k] >= level && transmission[k] < FOREGROUND_TRANSMISSION {
@@ -206,8 +214,10 @@ impl<'a> DepthSplit<'a> {
         let matte = canvas.extend_by_replication(&self.matte_samples());
         let sharp = (in_front.iter().zip(&behind).zip(&matte))
             .map(|((front, back), matte)| if *matte > 0.5 { *front } else { *back });
-        let residual = (0..plane.transmission.len())
-            .map(|k| foreground.residual[k] + plane.transmission[k] * background.residual[k]);
+        let residual = (plane.transmission.iter().enumerate()).map(|(k, t)| {
+            let in_front = 1.0 - ramp(*t, PLATE_TRANSMISSION);
+            in_front * foreground.residual[k] + t * background.residual[k]
+        });
         SharpPlane {
             canvas,
             sharp: sharp.collect(),

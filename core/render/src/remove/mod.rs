@@ -44,6 +44,7 @@ mod local_mean;
 mod noise_estimate;
 mod noise_gain;
 mod noise_model;
+mod normal_deviate;
 mod overlapping_tiles;
 mod plug_and_play;
 mod quadratic;

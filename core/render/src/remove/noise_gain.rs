@@ -14,6 +14,7 @@
 
 use super::deconvolver::{LIGHTS_SHARE, Variant};
 use super::local_mean::average_locally;
+use super::normal_deviate::normal_deviate;
 use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
 use super::{Deconvolver, Saturation, SharpPlane};
@@ -21,8 +22,6 @@ use crate::{Plane, Scene};
 use rayon::prelude::*;
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
-use seidel_optics::numeric::SplitMix64;
-use std::f64::consts::TAU;
 
 /// Least noise with which the gain is measured, as a share of the 99th percentile of the light.
 const MIN_NOISE_SHARE: f64 = 1e-4;
@@ -99,29 +98,5 @@ impl Deconvolver {
         average_locally(&mut squares, scene.width);
         let gain = |square: &f32| (f64::from(square.max(0.0)).sqrt() / deviation) as f32;
         Ok(squares.par_iter().map(gain).collect())
-    }
-}
-
-/// Returns a standard normal deviate for an index (Box and Muller 1958).
-fn normal_deviate(index: u64) -> f64 {
-    let mut random = SplitMix64::at_position(2 * index);
-    let scale = (1_u64 << 53) as f64;
-    let mut open_unit = || ((random.next_u64() >> 11) as f64 + 0.5) / scale;
-    let (a, b) = (open_unit(), open_unit());
-    (-2.0 * a.ln()).sqrt() * (TAU * b).cos()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn deviates_are_normal_and_independent() {
-        let all: Vec<f64> = (0..20_000).map(normal_deviate).collect();
-        let mean = |of: &dyn Fn(usize) -> f64| (0..19_999).map(of).sum::<f64>() / 19_999.0;
-        assert!(mean(&|k| all[k]).abs() < 0.03);
-        assert!((mean(&|k| all[k].powi(2)) - 1.0).abs() < 0.04);
-        assert!((mean(&|k| all[k].powi(4)) - 3.0).abs() < 0.3);
-        assert!(mean(&|k| all[k] * all[k + 1]).abs() < 0.03);
     }
 }
