@@ -17,6 +17,11 @@ const MIN_FREQUENCIES: usize = 64;
 /// Ratio of the noise at the lowest frequencies of the stopband to that at all from which neighbouring pixels share it: about
 /// 1.1 for white noise, 10 for film grain of a few pixels, and as much where there is no noise but a little of the picture.
 const SHARED_NOISE_GROWTH: f64 = 2.0;
+/// Share of the tiles that may show less than that: grain is everywhere, while what a wrong lens leaves of the picture in the
+/// stopband is beside its edges.
+const WHITE_TILES_SHARE: f64 = 0.1;
+/// Least number of tiles that can tell the two apart.
+const MIN_SHARED_TILES: usize = 4;
 /// Least noise in the stopband that can be shared, as a share of the brightest light: less is the picture.
 const LEAST_SHARED_NOISE: f64 = 2e-5;
 /// Noise that neighbouring pixels share at frequencies that the lens passes, over that at the lowest ones it blocks.
@@ -103,9 +108,13 @@ fn stopband_noise(
     let mut powers = operator.stopband_powers(&mirrored, STOPBAND_POWER, MIN_FREQUENCIES);
     let deviation = |median_power: f64| (median_power / LN_2).sqrt();
     let blocked = deviation(median(powers.iter().map(|power| power.all))?);
-    let growth = median(powers.iter().map(|power| (power.lowest / power.all).sqrt()))?;
+    let growth = powers.iter().map(|power| (power.lowest / power.all).sqrt());
+    let grows = growth.filter(|growth| *growth >= SHARED_NOISE_GROWTH);
+    let others = powers.len() - grows.count();
+    let is_shared = powers.len() >= MIN_SHARED_TILES
+        && others as f64 <= WHITE_TILES_SHARE * powers.len() as f64;
     let light = WinsorisedStatistics::of_absolute(plane).percentile_99;
-    if growth < SHARED_NOISE_GROWTH || blocked < LEAST_SHARED_NOISE * light {
+    if !is_shared || blocked < LEAST_SHARED_NOISE * light {
         return Some(NoiseEstimate {
             deviation: blocked,
             blocked,
