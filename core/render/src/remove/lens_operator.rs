@@ -34,7 +34,7 @@ pub(super) struct LensOperator {
     size: (usize, usize),
     /// The diagonal of G; `None` if all of the canvas is at one vergence.
     normalisation: Option<Vec<f32>>,
-    /// Where depth varies.
+    /// `None` if all of the canvas is at one vergence.
     depths: Option<Depths>,
 }
 
