@@ -85,7 +85,7 @@ def main():
         noise = np.random.default_rng(1).normal(0, options.noise, (HEIGHT, WIDTH))
         plate = (read_green(folder / "blurred.exr") + noise).astype(np.float32)
         write(folder / "plate.exr", plate)
-        remove = ["remove", folder / "plate.exr", *lens, *(f"--{o}" for o in options.remove), "--grain", "solved", "--no-overscan", "-o", folder / "result.exr"]
+        remove = ["remove", folder / "plate.exr", *lens, *(f"--{o}" for o in options.remove), "--grain", "solved", "--lens-check", "off", "--no-overscan", "-o", folder / "result.exr"]
         subprocess.run([options.seidel, *remove], check=True)
         result = read_green(folder / "result.exr")
     print("| lamp | undershoot | overshoot | light in the plate | in the result |")

@@ -189,7 +189,7 @@ fn wiener_estimate(problem: &Problem, data_weight: f64) -> Result<Vec<f32>> {
     let mut estimate = problem.plate.to_vec();
     for _ in 0..STRENGTH_PASSES {
         let damping = (2.0 / (data_weight * strength.max(least))) as f32;
-        estimate = (problem.operator).filter_by_depth(problem.plate, |h, gradient_power| {
+        estimate = (problem.operator).filter(problem.plate, |h, gradient_power| {
             h.conj() / (h.norm_sqr() + damping * gradient_power)
         })?;
         strength = mean_square_gradient(&estimate);

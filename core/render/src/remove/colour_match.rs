@@ -54,7 +54,7 @@ pub fn match_blur(
     );
     let canvas = plate.canvas;
     let operator = LensOperator::new(scene, &canvas, plane.weights)?;
-    let kept = plate.kept_shares(plane.samples, lights, &operator)?.all();
+    let kept = plate.kept_shares(plane.samples, lights, &operator)?;
     let (noise, lights) = (lights.noise, &lights.sources);
     let rest = lights.taken_off(plane.samples);
     let target = LensOperator::new(scene, &canvas, reference)?;

@@ -248,8 +248,7 @@ impl Deconvolver {
         }
         let canvas = plate.canvas;
         let operator = &LensOperator::new(plate.scene, &canvas, plane.weights)?;
-        let shares = plate.kept_shares(plane.samples, lights, operator)?;
-        let kept = &shares.all();
+        let kept = &plate.kept_shares(plane.samples, lights, operator)?;
         let PlaneLights {
             noise,
             deviation,
@@ -262,21 +261,13 @@ impl Deconvolver {
         let known: Vec<bool> = (0..kept.len())
             .map(|k| {
                 let is_lost = f64::from(lights.error[k]) > LARGEST_LIGHT_ERROR * deviation;
-                shares.by_light[k] == 0.0 && !is_lost && !(lights.explained[k] && is_clipped(k))
+                kept[k] == 0.0 && !is_lost && !(lights.explained[k] && is_clipped(k))
             })
             .collect();
         let filled = fill_holes(rest, plate.scene.width, &known);
         let extended = canvas.extend_by_mirroring(&filled);
         let noise_model = NoiseModel::new(&extended, noise, plate.variant.model_error);
         let errors = canvas.embed(0.0, |k| lights.error[k]);
-        let errors = match operator.hidden_light(&extended)? {
-            Some(hidden) => errors
-                .iter()
-                .zip(&hidden)
-                .map(|(a, b)| a.hypot(*b))
-                .collect(),
-            None => errors,
-        };
         let weights = noise_model.weights(&extended, &errors, &canvas.embed(false, |k| known[k]));
         let problem = Problem {
             plate: &extended,

@@ -14,7 +14,6 @@ use super::admm::Refinement;
 use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
 use super::gradient::{norms, sampled_norms, white_noise_power};
-use super::light_candidates::CandidateSearch;
 use super::winsorised::WinsorisedStatistics;
 use super::{Deconvolver, Lights, SharpPlane};
 use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass, kernel_reach};
@@ -47,9 +46,6 @@ const SMALLEST_MARGIN: f64 = 0.25;
 const MIN_DETAIL: f64 = 1.25;
 /// Least share of a tile's pixels that do not keep their blur.
 const MIN_SHARPENED: f64 = 0.4;
-/// Share of a tile's pixels that get no light of candidates for lights for which [`MIN_DETAIL`] doubles: where few are left,
-/// the faintest light is on most of them.
-const HALO_SHARE: f64 = 0.01;
 /// Relative error of lens and operator, larger than in a removal: gradients must not come from the ringing that such errors
 /// cause.
 const MODEL_ERROR: f64 = 6e-3;
@@ -159,7 +155,7 @@ impl Trial<'_> {
         let sharpened: Vec<bool> = first.confidence.iter().map(|c| *c > 0.0).collect();
         let count = sharpened.iter().filter(|sharpened| **sharpened).count();
         if (count as f64) < MIN_SHARPENED * sharpened.len() as f64
-            || !self.has_detail(&samples, &sharpened, first.noise)
+            || !has_detail(&samples, self.tile.width, first.noise)
         {
             return Ok(None);
         }
@@ -170,43 +166,6 @@ impl Trial<'_> {
             scores[index] = self.score(&sharp, &sharpened);
         }
         Ok(Some(scores))
-    }
-
-    /// Returns whether the gradients of `samples` exceed those of their noise, at the `sharpened` pixels that get no light
-    /// of candidates for lights: lamps on a flat ground are too little to judge a lens by.
-    fn has_detail(&self, samples: &[f32], sharpened: &[bool], noise: f64) -> bool {
-        let lit = self.lit_by_candidates(samples, noise);
-        let gradients = norms(samples, self.tile.width).into_iter();
-        let gradients: Vec<f32> = (gradients.zip(sharpened).zip(lit))
-            .filter_map(|((norm, sharpened), lit)| (*sharpened && !lit).then_some(norm))
-            .collect();
-        let share = gradients.len() as f64 / samples.len() as f64;
-        let least = MIN_DETAIL * (1.0 + HALO_SHARE / share);
-        let rms = WinsorisedStatistics::new(gradients).root_mean_square;
-        rms > least * noise * white_noise_power().sqrt()
-    }
-
-    /// Returns whether each pixel is within the reach of the kernels of a candidate for a light.
-    fn lit_by_candidates(&self, samples: &[f32], noise: f64) -> Vec<bool> {
-        let (width, height) = (self.tile.width, self.tile.height);
-        let middle = (self.tile.row + height / 2) * self.scene.width + self.tile.column + width / 2;
-        let reach = kernel_reach(self.scene, self.tile, self.scene.vergence_at(middle));
-        let sides = [reach.left_px, reach.right_px, reach.up_px, reach.down_px];
-        let reach = sides.into_iter().fold(0.0, f64::max).ceil() as usize;
-        let search = CandidateSearch {
-            samples,
-            width,
-            deviation: noise as f32,
-            reach,
-        };
-        let mut lit = vec![false; samples.len()];
-        for k in search.regions(|_| false).into_iter().flatten() {
-            let (x, y) = (k % width, k / width);
-            for row in y.saturating_sub(reach)..(y + reach + 1).min(height) {
-                lit[row * width..][x.saturating_sub(reach)..(x + reach + 1).min(width)].fill(true);
-            }
-        }
-        lit
     }
 
     /// Removes a share of the blur from the tile's `samples`, after `done` other shares.
@@ -265,6 +224,14 @@ impl Trial<'_> {
             0.0
         }
     }
+}
+
+/// Returns whether the gradients of an image exceed those of its noise.
+fn has_detail(samples: &[f32], width: usize, noise: f64) -> bool {
+    let gradients = sampled_norms(samples, width);
+    let squares = gradients.iter().map(|v| f64::from(*v).powi(2));
+    let mean_square = squares.sum::<f64>() / gradients.len().max(1) as f64;
+    mean_square > (MIN_DETAIL * noise).powi(2) * white_noise_power()
 }
 
 /// Returns the tiles of a plate with the largest products of detail and kernel size.

@@ -8,7 +8,6 @@
 use super::canvas::Canvas;
 use super::depth_layer::DepthLayer;
 use super::gradient::norms;
-use super::hole_filling::fill_holes;
 use super::texture::Estimate;
 use super::transfer_functions::StopbandPower;
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass};
@@ -19,13 +18,6 @@ use seidel_optics::error::Result;
 /// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly
 /// any light.
 const MIN_UNIFORM_LIGHT: f32 = 0.05;
-/// Distance in layers from which a surface hides light of another, where their kernels overlap. Nearer surfaces are blurred so
-/// much alike that they are taken for one.
-const HIDING_DISTANCE: f32 = 1.0;
-/// Error of hidden light, in mean light about it: the light on the other side of an edge may be several times as bright.
-const HIDDEN_LIGHT_GROWTH: f32 = 4.0;
-/// Share of light that A may have wrong up to which a pixel shows its own surface alone.
-const LARGEST_CONTINUED_ERROR: f32 = 0.05;
 
 /// The lens on a canvas.
 pub(super) struct LensOperator {
@@ -34,18 +26,6 @@ pub(super) struct LensOperator {
     size: (usize, usize),
     /// The diagonal of G; `None` if all of the canvas is at one vergence.
     normalisation: Option<Vec<f32>>,
-    /// `None` if all of the canvas is at one vergence.
-    depths: Option<Depths>,
-}
-
-/// The depth of a canvas, and what it does to A.
-struct Depths {
-    /// Layer coordinate of each pixel.
-    pixels: Vec<f32>,
-    /// That of each layer.
-    layers: Vec<f32>,
-    /// Share of each pixel's light that A may have wrong because a surface hides another.
-    occlusion_error: Vec<f32>,
 }
 
 /// The accuracy of a blur.
@@ -73,24 +53,20 @@ impl LensOperator {
                 layers: vec![DepthLayer::only(&canvas_scene, weights)?],
                 size,
                 normalisation: None,
-                depths: None,
             });
         };
         let pass = canvas.extend_by_replication(pass);
-        let cut = CutPass::new(&canvas_scene, &pass, weights)?;
-        let uniform = cut.blur_uniform_light()?;
-        let gains = (uniform.light.iter()).map(|light| light.max(MIN_UNIFORM_LIGHT).recip());
-        let (coordinates, layers) = cut.layers.into_iter().unzip();
-        Ok(Self {
-            layers,
+        let mut operator = Self {
+            layers: depth_layers(&canvas_scene, &pass, weights)?,
             size,
-            normalisation: Some(gains.collect()),
-            depths: Some(Depths {
-                pixels: cut.coordinates,
-                layers: coordinates,
-                occlusion_error: uniform.occlusion_error(),
-            }),
-        })
+            normalisation: None,
+        };
+        let uniform = operator.apply(&vec![1.0; size.0 * size.1], Accuracy::Final)?;
+        let gains = uniform
+            .iter()
+            .map(|light| light.max(MIN_UNIFORM_LIGHT).recip());
+        operator.normalisation = Some(gains.collect());
+        Ok(operator)
     }
 
     /// Applies A: blurs `plane`.
@@ -112,24 +88,11 @@ impl LensOperator {
         self.sum_of_layers(|layer| layer.adjoint(&plane))
     }
 
-    /// The share of each pixel's light that A may have wrong because a surface hides another, at depth edges. `None` if all of
-    /// the canvas is at one vergence.
-    pub(super) fn occlusion_error(&self) -> Option<&[f32]> {
-        Some(&self.depths.as_ref()?.occlusion_error)
-    }
-
-    /// Returns the light of each pixel of `plate` that A may have wrong because a surface hides another, an upper estimate from
-    /// the mean light about it. `None` if all of the canvas is at one vergence.
-    pub(super) fn hidden_light(&self, plate: &[f32]) -> Result<Option<Vec<f32>>> {
-        let Some(depths) = &self.depths else {
-            return Ok(None);
-        };
-        let light: Vec<f32> = plate.iter().map(|sample| sample.abs()).collect();
-        let mut hidden = self.apply(&light, Accuracy::Draft)?;
-        for (light, share) in hidden.iter_mut().zip(&depths.occlusion_error) {
-            *light *= HIDDEN_LIGHT_GROWTH * share;
-        }
-        Ok(Some(hidden))
+    /// Returns the relative error of each pixel of a blurred uniform canvas without normalisation. It is large at depth
+    /// edges, where occlusion makes A wrong. `None` if all of the canvas is at one vergence.
+    pub(super) fn normalisation_error(&self) -> Option<Vec<f32>> {
+        let gains = self.normalisation.as_ref()?.iter();
+        Some(gains.map(|gain| (gain.recip() - 1.0).abs()).collect())
     }
 
     /// Filters `plane` by `gain(h, |D|²)` on local spectra, each pixel by the transfer functions h of its own layer.
@@ -139,24 +102,6 @@ impl LensOperator {
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Result<Vec<f32>> {
         self.sum_of_layers(|layer| Ok(layer.filter(plane, &gain)))
-    }
-
-    /// Filters `plate` like [`Self::filter`], each layer continued smoothly beyond its own pixels: elsewhere the plate has the blur
-    /// of other surfaces, which the filter of this layer would make ring.
-    pub(super) fn filter_by_depth(
-        &self,
-        plate: &[f32],
-        gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
-    ) -> Result<Vec<f32>> {
-        let Some(depths) = &self.depths else {
-            return self.filter(plate, gain);
-        };
-        let mut out = vec![0.0; plate.len()];
-        for (layer, coordinate) in self.layers.iter().zip(&depths.layers) {
-            let continued = fill_holes(plate, self.size.0, &depths.show_alone(*coordinate));
-            layer.add_to(&mut out, &layer.filter(&continued, &gain));
-        }
-        Ok(out)
     }
 
     /// Filters `plane` like [`Self::filter`], by `gain(h, r, |D|²)` with the transfer functions r of another operator on
@@ -253,104 +198,34 @@ impl LensOperator {
     }
 }
 
-impl Depths {
-    /// Returns whether each pixel shows the layer with this `coordinate`, and no other surface; or shows it at all, if all of its
-    /// pixels are beside another surface.
-    fn show_alone(&self, coordinate: f32) -> Vec<bool> {
-        let own = |k: usize| (self.pixels[k] - coordinate).abs() <= HIDING_DISTANCE;
-        let alone = |k: usize| own(k) && self.occlusion_error[k] < LARGEST_CONTINUED_ERROR;
-        let pixels = 0..self.pixels.len();
-        let found: Vec<bool> = pixels.clone().into_par_iter().map(alone).collect();
-        if found.contains(&true) {
-            return found;
-        }
-        pixels.map(own).collect()
-    }
-}
-
-/// A canvas cut into depth layers.
-struct CutPass {
-    /// Layer coordinate of each pixel.
-    coordinates: Vec<f32>,
-    /// The layers with a pixel, each with its coordinate.
-    layers: Vec<(f32, DepthLayer)>,
-}
-
-/// The light of a blurred uniform canvas, before normalisation.
-struct UniformLight {
-    light: Vec<f32>,
-    /// The part from surfaces at another depth.
-    from_elsewhere: Vec<f32>,
-}
-
-impl CutPass {
-    /// Cuts the canvas of `scene` into layers by `pass`, the vergence of each of its pixels.
-    ///
-    /// # Errors
-    /// A lens that cannot be drawn.
-    fn new(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Self> {
-        let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
-        let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-        let layers = DepthLayers::new(
-            scene,
-            f64::from(lowest),
-            f64::from(highest),
-            LayerSpacing::ByBlur,
-        );
-        let coordinates: Vec<f32> = pass
-            .par_iter()
-            .map(|vergence| layers.coordinate(f64::from(*vergence)))
-            .collect();
-        let layer = |index: usize| {
-            let coordinate = layers.coordinate_of(index);
-            let hat = |at: &f32| (1.0 - (at - coordinate).abs()).max(0.0);
-            let coverage: Vec<f32> = coordinates.iter().map(hat).collect();
-            let covered = covered_window(&coverage, scene.width)?;
-            let vergence = layers.vergence(index);
-            let layer = DepthLayer::at_vergence(scene, weights, vergence, covered, &coverage);
-            Some(layer.map(|layer| (coordinate, layer)))
-        };
-        let cut: Result<_> = (0..layers.len())
-            .into_par_iter()
-            .filter_map(layer)
-            .collect();
-        Ok(Self {
-            layers: cut?,
-            coordinates,
-        })
-    }
-
-    /// Blurs a canvas of ones.
-    fn blur_uniform_light(&self) -> Result<UniformLight> {
-        let count = self.coordinates.len();
-        let ones = vec![1.0; count];
-        let mut uniform = UniformLight {
-            light: vec![0.0; count],
-            from_elsewhere: vec![0.0; count],
-        };
-        for (coordinate, layer) in &self.layers {
-            let mut own = vec![0.0; count];
-            layer.add_to(&mut own, &layer.apply(&ones, Accuracy::Final)?);
-            for (k, light) in own.into_iter().enumerate() {
-                uniform.light[k] += light;
-                if (self.coordinates[k] - coordinate).abs() > HIDING_DISTANCE {
-                    uniform.from_elsewhere[k] += light;
-                }
-            }
-        }
-        Ok(uniform)
-    }
-}
-
-impl UniformLight {
-    /// Returns the share of each pixel's light that may be wrong: light that is missing or too much, or that comes from surfaces
-    /// at another depth.
-    fn occlusion_error(&self) -> Vec<f32> {
-        let pixels = self.light.iter().zip(&self.from_elsewhere);
-        pixels
-            .map(|(light, elsewhere)| (light - 1.0).abs().max(*elsewhere))
-            .collect()
-    }
+/// Cuts the canvas of `scene` into layers by `pass`, the vergence of each of its pixels. Layers without a pixel are left
+/// out.
+fn depth_layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<DepthLayer>> {
+    let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
+    let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
+    let layers = DepthLayers::new(
+        scene,
+        f64::from(lowest),
+        f64::from(highest),
+        LayerSpacing::ByBlur,
+    );
+    let coordinates: Vec<f32> = pass
+        .par_iter()
+        .map(|vergence| layers.coordinate(f64::from(*vergence)))
+        .collect();
+    let layer = |index: usize| {
+        let hat = |at: &f32| (1.0 - (at - layers.coordinate_of(index)).abs()).max(0.0);
+        let coverage: Vec<f32> = coordinates.iter().map(hat).collect();
+        let covered = covered_window(&coverage, scene.width)?;
+        let vergence = layers.vergence(index);
+        Some(DepthLayer::at_vergence(
+            scene, weights, vergence, covered, &coverage,
+        ))
+    };
+    (0..layers.len())
+        .into_par_iter()
+        .filter_map(layer)
+        .collect()
 }
 
 /// Returns the smallest window with all pixels whose coverage is above zero, if there are any.

@@ -13,8 +13,8 @@ use seidel_optics::error::Result;
 /// Light from clipped samples and highlights, in units of the highlight threshold, at which a pixel begins to keep its
 /// blur and keeps all of it.
 const KEPT_HIGHLIGHT_LIGHT: [f32; 2] = [0.003, 0.02];
-/// Errors of light at depth edges at which a pixel begins to keep its blur and keeps all of it.
-const KEPT_OCCLUSION_ERROR: [f32; 2] = [0.02, 0.06];
+/// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
+const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
 
 /// The inputs that all planes of a plate have in common.
 pub(super) struct PlateInputs<'a> {
@@ -34,22 +34,6 @@ pub struct PlaneLights {
     pub(super) deviation: f64,
     pub(super) clip_level: Option<f32>,
     pub(super) sources: LightSources,
-}
-
-/// The shares of its blur that each pixel of a plate keeps, 0 to 1. Explained lights keep none.
-pub(super) struct KeptShares {
-    /// Beside lights that are no explained ones: their light is not known.
-    pub(super) by_light: Vec<f32>,
-    /// At depth edges.
-    pub(super) by_depth: Vec<f32>,
-}
-
-impl KeptShares {
-    /// Returns the shares for both reasons.
-    pub(super) fn all(&self) -> Vec<f32> {
-        let pixels = self.by_light.iter().zip(&self.by_depth);
-        pixels.map(|(light, depth)| light.max(*depth)).collect()
-    }
 }
 
 /// A search for the lights of a plane: what is known of its samples, and what was found.
@@ -132,7 +116,7 @@ impl<'a> PlateInputs<'a> {
         })
     }
 
-    /// Returns the shares of its blur that each pixel of the plate keeps.
+    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1. Explained lights keep none.
     ///
     /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
     /// Highlights and lights that the lens does not explain are treated like them. At depth edges part of the light is hidden.
@@ -141,27 +125,16 @@ impl<'a> PlateInputs<'a> {
         samples: &[f32],
         lights: &PlaneLights,
         operator: &LensOperator,
-    ) -> Result<KeptShares> {
-        let count = self.canvas.plate_pixel_count();
-        Ok(KeptShares {
-            by_light: self.kept_by_light(samples, lights, operator)?,
-            by_depth: match operator.occlusion_error() {
-                Some(errors) => (self.canvas.crop(errors).into_iter())
-                    .map(|error| ramp(error, KEPT_OCCLUSION_ERROR))
-                    .collect(),
-                None => vec![0.0; count],
-            },
-        })
-    }
-
-    fn kept_by_light(
-        &self,
-        samples: &[f32],
-        lights: &PlaneLights,
-        operator: &LensOperator,
     ) -> Result<Vec<f32>> {
         let (clip_level, lights) = (lights.clip_level, &lights.sources);
         let count = self.canvas.plate_pixel_count();
+        let mut kept = vec![0.0; count];
+        if let Some(errors) = operator.normalisation_error() {
+            let errors = self.canvas.crop(&errors).into_iter();
+            kept = errors
+                .map(|error| ramp(error, KEPT_NORMALISATION_ERROR))
+                .collect();
+        }
         // In units of the highlight threshold; clipped samples count as one at least.
         let excess = |k: usize| {
             if lights.explained[k] {
@@ -175,18 +148,17 @@ impl<'a> PlateInputs<'a> {
             };
             self.highlights.excess(k).max(least)
         };
-        if !(0..count).any(|k| excess(k) > 0.0) {
-            return Ok(vec![0.0; count]);
-        }
-        let blurred = operator.apply(&self.canvas.embed(0.0, excess), Accuracy::Draft)?;
-        let blurred = self.canvas.crop(&blurred).into_iter().enumerate();
-        let share = |(k, light)| {
-            if excess(k) > 0.0 {
-                1.0
-            } else {
-                ramp(light, KEPT_HIGHLIGHT_LIGHT)
+        if (0..count).any(|k| excess(k) > 0.0) {
+            let blurred = operator.apply(&self.canvas.embed(0.0, excess), Accuracy::Draft)?;
+            for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
+                let kept_by_light = if excess(k) > 0.0 {
+                    1.0
+                } else {
+                    ramp(*light, KEPT_HIGHLIGHT_LIGHT)
+                };
+                kept[k] = kept_by_light.max(kept[k]);
             }
-        };
-        Ok(blurred.map(share).collect())
+        }
+        Ok(kept)
     }
 }

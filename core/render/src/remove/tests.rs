@@ -233,28 +233,6 @@ fn blur_share_of_a_wrong_lens_is_found_and_the_right_lens_is_accepted() {
     }
 }
 
-/// Blurred lamps have gradients far above the noise, but those of no picture.
-#[test]
-fn right_lens_is_not_doubted_for_lamps_on_a_flat_ground() {
-    for (strength, light) in [(1.0, 3.0), (2.0, 10.0), (3.0, 10.0), (3.0, 100.0)] {
-        let is_lamp = |k: usize| {
-            let (x, y) = ((k % WIDTH) as f64, (k / WIDTH) as f64);
-            (x % 85.0 - 42.5).hypot(y % 75.0 - 37.5) < 3.0
-        };
-        let sharp: Vec<f32> = (0..WIDTH * HEIGHT)
-            .map(|k| if is_lamp(k) { light } else { 0.18 })
-            .collect();
-        let lens = lens(strength);
-        let plane = Plane {
-            samples: &blurred(&scene(&lens), &Scatter, &sharp, 0.001),
-            weights: &WEIGHTS,
-        };
-        let planes = [(Deconvolver::default(), plane)];
-        let share = estimate_blur_share(&scene(&lens), &planes, &|_| true);
-        assert_eq!(share.expect("a valid scene"), 1.0, "{strength} {light}");
-    }
-}
-
 /// The truth is the spread of the results for plates with other noise.
 #[test]
 fn noise_gain_is_within_40_percent_of_the_truth() {
