@@ -17,7 +17,7 @@ pub(crate) struct RemovalPlanes<'a> {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SolvedPlanes {
     pub(crate) sharp: Vec<SharpPlane>,
-    /// That of each colour, if it was measured.
+    /// Amplification of noise in each colour, if it was measured.
     pub(crate) noise_gain: Vec<Vec<f32>>,
     /// Whether foreground and background were solved by themselves.
     pub(crate) is_split: bool,

@@ -11,7 +11,7 @@ const WIDTH: usize = 96;
 const HEIGHT: usize = 80;
 /// Columns of the foreground.
 const CARD: std::ops::Range<usize> = 30..66;
-/// Lens options: blur of one to two px, with corners far off the axis.
+/// Lens options: the foreground is blurred more than the background.
 const LENS: &str = "--lens @lens.json --lens-scale 0.6";
 const NEAR: f32 = 1.3;
 const FAR: f32 = 4.0;
@@ -66,7 +66,7 @@ fn write_shot(folder: &Path) -> Vec<f32> {
     truth
 }
 
-/// Root mean square error within eight pixels of the edges of the foreground, of a result that may be larger than the plate.
+/// Root mean square error within eight pixels of the left and right edge of the foreground.
 fn edge_error(path: &Path, truth: &[f32]) -> f64 {
     let samples = read_channel(path, "Y");
     let near_edge = |k: usize| {

@@ -15,7 +15,7 @@ const NEAR: f32 = 1.0;
 const REACH: usize = 16;
 /// Border that is left out, px.
 const BORDER: usize = 32;
-/// Leaves, each with its centre, the logarithm of the ratio of its axes, and its angle.
+/// Number of leaves.
 const LEAVES: usize = 40;
 /// Levels of leaves and ground of one colour.
 const FLAT: [f32; 2] = [0.1, 0.5];
@@ -109,6 +109,7 @@ fn leaves() -> Vec<bool> {
             .wrapping_add(1);
         (state >> 33) as f64 / (1_u64 << 31) as f64
     };
+    // Centre, half the logarithm of the ratio of the axes, and angle of each.
     let leaves: Vec<[f64; 4]> = (0..LEAVES)
         .map(|_| {
             let side = SIDE as f64;

@@ -19,7 +19,7 @@ const MIN_FREQUENCIES: usize = 64;
 const SHARED_NOISE_GROWTH: f64 = 2.0;
 /// Share of the tiles that may show less than that: grain is everywhere, while what a wrong lens leaves of the picture in the
 /// stopband is beside its edges.
-const WHITE_TILES_SHARE: f64 = 0.25;
+const WHITE_TILES_SHARE: f64 = 0.1;
 /// Least number of tiles that can tell the two apart.
 const MIN_SHARED_TILES: usize = 2;
 /// Least noise in the stopband that can be shared, as a share of the brightest light: less is the picture.
