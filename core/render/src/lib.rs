@@ -61,7 +61,7 @@ pub use occlusion::{
     Background, BlurMap, DepthSlice, FocusSide, HIDDEN_REACH_PX, Holdout, LayeredRenderer,
     Occlusion,
 };
-pub(crate) use occlusion::{DepthLayers, LayerSpacing};
+pub(crate) use occlusion::{DepthLayers, LayerSpacing, snapped};
 pub use plate_map::PlateMap;
 pub(crate) use scatter::kernel_reach;
 pub use scatter::{LocalKernel, LocalKernels, Scatter, exact_at_pixels};

@@ -23,7 +23,7 @@ const BLOCK: usize = 32;
 const REACH: usize = 3;
 
 /// Returns layer `coordinates` (row-major) with values in the middle of edges snapped to a side.
-pub(super) fn snapped(coordinates: &[f32], width: usize, height: usize) -> Vec<f32> {
+pub(crate) fn snapped(coordinates: &[f32], width: usize, height: usize) -> Vec<f32> {
     let spans: Vec<Vec<(f32, f32)>> = coordinates.par_chunks(width).map(spans).collect();
     let mut out = coordinates.to_vec();
     out.par_chunks_mut(width)

@@ -35,8 +35,20 @@ const NEAREST_PER_M: f64 = 1024.0;
 pub(crate) enum LayerSpacing {
     /// The change of the blur alone.
     ByBlur,
+    /// Half as large a change of the blur: for the inversion of kernels, to which those between two layers are more sensitive.
+    ByHalfTheBlur,
     /// The change of the blur, and 8 % of the vergence: separates near from far where both are equally sharp.
     Fine,
+}
+
+impl LayerSpacing {
+    /// Returns the share of the largest step of kernels that this spacing allows.
+    fn step_share(self) -> f64 {
+        match self {
+            Self::ByBlur | Self::Fine => 1.0,
+            Self::ByHalfTheBlur => 0.5,
+        }
+    }
 }
 
 /// The vergences of depth layers, from the farthest to the nearest, with the size of the blur at each.
@@ -81,7 +93,7 @@ impl DepthLayers {
         while low < end && low < NEAREST_PER_M {
             let longest = low.max(LONGEST_STEP_PER_M);
             let longest = match spacing {
-                LayerSpacing::ByBlur => longest,
+                LayerSpacing::ByBlur | LayerSpacing::ByHalfTheBlur => longest,
                 LayerSpacing::Fine => longest.min(FINE_STEP_SHARE * low.max(FINE_LEAST_PER_M)),
             };
             step = (GROW * step).min(longest);
@@ -89,7 +101,8 @@ impl DepthLayers {
                 let high = probes.at(sign * (low + step));
                 let middle = probes.at(sign * (low + step / 2.0));
                 let shortest = step <= SHORTEST_STEP_SHARE * longest;
-                if shortest || !middle.differ_too_much(&low_kernels, &high) {
+                let share = spacing.step_share();
+                if shortest || !middle.differ_too_much(&low_kernels, &high, share) {
                     break (low + step, high);
                 }
                 step *= SHRINK;
@@ -149,12 +162,14 @@ impl Kernels {
         sizes.fold(0.0, f64::max)
     }
 
-    /// Returns whether kernels change by more than one step from `low` through these to `high`.
-    fn differ_too_much(&self, low: &Self, high: &Self) -> bool {
+    /// Returns whether kernels change by more than a `share` of one step from `low` through these to `high`.
+    fn differ_too_much(&self, low: &Self, high: &Self, share: f64) -> bool {
         let triples = self.0.iter().zip(&low.0).zip(&high.0);
         triples.into_iter().any(|((middle, low), high)| {
             // Twice the larger half, so that a minimum in the middle is noticed.
-            let step = |k: usize| 2.0 * (middle[k] - low[k]).abs().max((middle[k] - high[k]).abs());
+            let step = |k: usize| {
+                2.0 * (middle[k] - low[k]).abs().max((middle[k] - high[k]).abs()) / share
+            };
             let sizes = (0..2).any(|k| step(k) > largest_step(middle[k].min(low[k]).min(high[k])));
             sizes || (2..4).any(|k| step(k) > STEP_SHIFT_PX)
         })

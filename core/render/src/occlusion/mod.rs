@@ -24,6 +24,7 @@ mod tests;
 
 pub use background::Background;
 pub use blur_map::{BlurMap, DepthSlice, FocusSide};
+pub(crate) use depth_edges::snapped;
 pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 pub use disocclusion::HIDDEN_REACH_PX;
 

@@ -35,6 +35,7 @@ use super::vectors::{add_scaled, dot};
 use super::winsorised::WinsorisedStatistics;
 use crate::cancelled;
 use rayon::prelude::*;
+use seidel_fourier::Complex;
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 
@@ -44,6 +45,8 @@ const WEIGHT: f64 = 0.15;
 /// The same where the prior of patches follows: it removes the noise that is left, but cannot restore what total variation
 /// has flattened.
 const WEIGHT_BEFORE_PATCHES: f64 = 0.05;
+/// The same where depth varies: the residual falls slowly there, so that l would grow too late to keep the image from ringing.
+const WEIGHT_IN_DEPTH: f64 = 0.3;
 /// Largest mean gradient, in root mean square gradients of the plate without its noise: larger ones are amplified noise.
 const MAX_MEAN_GRADIENT: f64 = 2.0;
 /// Ratio of residual to noise below which the estimate overfits and l grows.
@@ -117,7 +120,8 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
     let mut previous: Option<BlurPair> = None;
     let mut mean_gradient = MAX_MEAN_GRADIENT * problem.plate_gradient();
     let (mut weight, iterations_share) = match problem.refinement {
-        Refinement::Run => (WEIGHT_BEFORE_PATCHES, ITERATIONS_SHARE),
+        Refinement::Run if problem.operator.is_flat() => (WEIGHT_BEFORE_PATCHES, ITERATIONS_SHARE),
+        Refinement::Run => (WEIGHT_IN_DEPTH, ITERATIONS_SHARE),
         Refinement::Skip => (WEIGHT, 1.0),
     };
     let mut largest_misfit = 0.0_f64;
@@ -187,11 +191,14 @@ fn wiener_estimate(problem: &Problem, data_weight: f64) -> Result<Vec<f32>> {
     let mut strength = 2.0 * mean_square_gradient(problem.plate);
     let least = MIN_STRENGTH / data_weight;
     let mut estimate = problem.plate.to_vec();
+    let weights = problem.canvas.crop(problem.weights);
+    let known = problem.canvas.embed(true, |k| weights[k] > 0.0);
     for _ in 0..STRENGTH_PASSES {
         let damping = (2.0 / (data_weight * strength.max(least))) as f32;
-        estimate = (problem.operator).filter(problem.plate, |h, gradient_power| {
+        let wiener = |h: Complex<f32>, gradient_power: f32| {
             h.conj() / (h.norm_sqr() + damping * gradient_power)
-        })?;
+        };
+        estimate = (problem.operator).filter_by_layer(problem.plate, &known, wiener)?;
         strength = mean_square_gradient(&estimate);
     }
     Ok(estimate)

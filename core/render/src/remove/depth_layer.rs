@@ -2,11 +2,15 @@
 
 use super::canvas::window_scene;
 use super::lens_operator::Accuracy;
+use super::ramp;
 use super::texture::{Estimate, texture_correction};
 use super::transfer_functions::{StopbandPower, TransferFunctions};
 use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
+
+/// Differences of kernel size, as a share of the larger and one px, from which kernels are unlike and up to which they are alike.
+const UNLIKE_KERNELS: [f32; 2] = [0.6, 0.3];
 
 /// A layer, on the window of the canvas that its light reaches.
 ///
@@ -20,6 +24,10 @@ pub(super) struct DepthLayer {
     window: RenderWindow,
     /// Share of each pixel of the window that is in this layer; `None` if all of the canvas is in it.
     coverage: Option<Vec<f32>>,
+    /// Largest size of its kernels, px.
+    size: f32,
+    /// Share of the light at each pixel of the window that comes from this layer if all of the canvas is equally bright.
+    light_share: Vec<f32>,
 }
 
 impl DepthLayer {
@@ -84,12 +92,38 @@ impl DepthLayer {
             canvas_width: scene.width,
             window,
             coverage: coverage.map(|coverage| window.cut(scene.width, coverage)),
+            size: 0.0,
+            light_share: Vec::new(),
         })
     }
 
     /// Returns whether all of the canvas is in this layer.
     pub(super) fn is_only(&self) -> bool {
         self.coverage.is_none()
+    }
+
+    /// Returns the layer with kernels of at most `size` px.
+    pub(super) fn of_size(self, size: f32) -> Self {
+        Self { size, ..self }
+    }
+
+    /// Sets the light shares to `uniform`, the light of a uniform canvas that this layer brings to the pixels of the window, times `gains`
+    /// of the pixels of the canvas.
+    pub(super) fn set_light_share(&mut self, uniform: Vec<f32>, gains: &[f32]) {
+        let shares = uniform.iter().zip(self.cut(gains));
+        self.light_share = shares.map(|(light, gain)| light * gain).collect();
+    }
+
+    /// Returns how much the kernels of another layer are like these, from 0 to 1.
+    pub(super) fn likeness(&self, other: &Self) -> f32 {
+        let difference = (self.size - other.size).abs() / (1.0 + self.size.max(other.size));
+        ramp(difference, UNLIKE_KERNELS)
+    }
+
+    /// Adds `gain` times the light shares to a plane of the canvas.
+    pub(super) fn add_light_share_to(&self, canvas: &mut [f32], gain: f32) {
+        let shares: Vec<f32> = self.light_share.iter().map(|share| gain * share).collect();
+        self.add_to(canvas, &shares);
     }
 
     /// Blurs the light of `plane` that is in this layer.

@@ -8,9 +8,11 @@
 use super::canvas::Canvas;
 use super::depth_layer::DepthLayer;
 use super::gradient::norms;
+use super::hole_filling::continue_known;
+use super::ramp;
 use super::texture::Estimate;
 use super::transfer_functions::StopbandPower;
-use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass};
+use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass, snapped};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
@@ -18,6 +20,8 @@ use seidel_optics::error::Result;
 /// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly
 /// any light.
 const MIN_UNIFORM_LIGHT: f32 = 0.05;
+/// Shares of light from kernels like those of a layer between which a sample goes from unknown to known in it.
+const OWN_LIGHT: [f32; 2] = [0.5, 0.9];
 
 /// The lens on a canvas.
 pub(super) struct LensOperator {
@@ -61,11 +65,23 @@ impl LensOperator {
             size,
             normalisation: None,
         };
-        let uniform = operator.apply(&vec![1.0; size.0 * size.1], Accuracy::Final)?;
+        let ones = vec![1.0; size.0 * size.1];
+        let layers = operator.layers.iter();
+        let blurred: Vec<Vec<f32>> = layers
+            .map(|layer| layer.apply(&ones, Accuracy::Final))
+            .collect::<Result<_>>()?;
+        let mut uniform = vec![0.0; size.0 * size.1];
+        for (layer, light) in operator.layers.iter().zip(&blurred) {
+            layer.add_to(&mut uniform, light);
+        }
         let gains = uniform
             .iter()
             .map(|light| light.max(MIN_UNIFORM_LIGHT).recip());
-        operator.normalisation = Some(gains.collect());
+        let gains: Vec<f32> = gains.collect();
+        for (layer, light) in operator.layers.iter_mut().zip(blurred) {
+            layer.set_light_share(light, &gains);
+        }
+        operator.normalisation = Some(gains);
         Ok(operator)
     }
 
@@ -102,6 +118,38 @@ impl LensOperator {
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Result<Vec<f32>> {
         self.sum_of_layers(|layer| Ok(layer.filter(plane, &gain)))
+    }
+
+    /// Filters `plane` like [`Self::filter`], each layer by itself: samples that are not `known`, and those with light of other kernels, are
+    /// replaced by a smooth continuation. Where kernels differ, what one layer shows would ring in the other.
+    pub(super) fn filter_by_layer(
+        &self,
+        plane: &[f32],
+        known: &[bool],
+        gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Result<Vec<f32>> {
+        if self.is_flat() {
+            return self.filter(plane, gain);
+        }
+        self.sum_of_layers(|layer| {
+            let mut shares = vec![0.0; plane.len()];
+            for other in &self.layers {
+                let likeness = layer.likeness(other);
+                if likeness > 0.0 {
+                    other.add_light_share_to(&mut shares, likeness);
+                }
+            }
+            for (share, known) in shares.iter_mut().zip(known) {
+                *share = if *known { ramp(*share, OWN_LIGHT) } else { 0.0 };
+            }
+            let continued = continue_known(plane, self.size.0, &shares);
+            Ok(layer.filter(&continued, &gain))
+        })
+    }
+
+    /// Returns whether all of the canvas is at one vergence.
+    pub(super) fn is_flat(&self) -> bool {
+        self.normalisation.is_none()
     }
 
     /// Filters `plane` like [`Self::filter`], by `gain(h, r, |D|²)` with the transfer functions r of another operator on
@@ -207,20 +255,21 @@ fn depth_layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<Dept
         scene,
         f64::from(lowest),
         f64::from(highest),
-        LayerSpacing::ByBlur,
+        LayerSpacing::ByHalfTheBlur,
     );
     let coordinates: Vec<f32> = pass
         .par_iter()
         .map(|vergence| layers.coordinate(f64::from(*vergence)))
         .collect();
+    let coordinates = snapped(&coordinates, scene.width, scene.height);
     let layer = |index: usize| {
         let hat = |at: &f32| (1.0 - (at - layers.coordinate_of(index)).abs()).max(0.0);
         let coverage: Vec<f32> = coordinates.iter().map(hat).collect();
         let covered = covered_window(&coverage, scene.width)?;
+        let size = layers.size(layers.coordinate_of(index));
         let vergence = layers.vergence(index);
-        Some(DepthLayer::at_vergence(
-            scene, weights, vergence, covered, &coverage,
-        ))
+        let layer = DepthLayer::at_vergence(scene, weights, vergence, covered, &coverage);
+        Some(layer.map(|layer| layer.of_size(size)))
     };
     (0..layers.len())
         .into_par_iter()
@@ -303,6 +352,42 @@ mod tests {
             let scale = (dot(&blurred, &blurred) * dot(&y, &y)).sqrt();
             assert!((dot(&blurred, &y) - dot(&x, &back)).abs() < 1e-5 * scale);
         }
+    }
+
+    /// A bright texture among the near pixels, which are blurred more, and an even area among the far ones.
+    #[test]
+    fn a_layer_is_filtered_without_the_light_of_other_kernels() {
+        let lens = lens(1.0);
+        let pass: Vec<f32> = (0..WIDTH * HEIGHT)
+            .map(|k| if k % WIDTH < 60 { 4.0 } else { 0.0 })
+            .collect();
+        let scene = Scene {
+            vergence: VergencePass::PerPixel(&pass),
+            ..scene(&lens)
+        };
+        let canvas = Canvas::new(&scene);
+        let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
+        let plate: Vec<f32> = (0..WIDTH * HEIGHT)
+            .map(|k| {
+                if k % WIDTH < 56 {
+                    4.0 * (k % 3) as f32
+                } else {
+                    0.5
+                }
+            })
+            .collect();
+        let plane = canvas.extend_by_mirroring(&plate);
+        let known = vec![true; plane.len()];
+        let gain = |h: Complex<f32>, _| h.conj() / (h.norm_sqr() + 1e-3);
+        let error = |filtered: Result<Vec<f32>>| {
+            let filtered = canvas.crop(&filtered.expect("a plane of the canvas"));
+            let even = (0..WIDTH * HEIGHT).filter(|k| (61..WIDTH - 16).contains(&(k % WIDTH)));
+            even.map(|k| (filtered[k] - 0.5).abs()).fold(0.0, f32::max)
+        };
+        let at_once = error(operator.filter(&plane, gain));
+        let by_layer = error(operator.filter_by_layer(&plane, &known, gain));
+        assert!(at_once > 0.1, "{at_once}, {by_layer}");
+        assert!(by_layer < 0.1 * at_once, "{at_once}, {by_layer}");
     }
 
     #[test]
