@@ -198,7 +198,10 @@ fn wiener_estimate(problem: &Problem, data_weight: f64) -> Result<Vec<f32>> {
         let wiener = |h: Complex<f32>, gradient_power: f32| {
             h.conj() / (h.norm_sqr() + damping * gradient_power)
         };
-        estimate = (problem.operator).filter_by_layer(problem.plate, &known, wiener)?;
+        estimate = match problem.refinement {
+            Refinement::Run => (problem.operator).filter_by_layer(problem.plate, &known, wiener)?,
+            Refinement::Skip => problem.operator.filter(problem.plate, wiener)?,
+        };
         strength = mean_square_gradient(&estimate);
     }
     Ok(estimate)
