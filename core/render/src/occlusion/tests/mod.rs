@@ -377,3 +377,15 @@ fn layers_depend_on_the_lens_alone_and_are_close() {
         }
     }
 }
+
+#[test]
+fn layers_for_the_inversion_of_kernels_are_half_as_far_apart() {
+    let flat = scene(&EVEN, VergencePass::Constant(0.0));
+    let layers = DepthLayers::new(&flat, 0.0, 3.0, LayerSpacing::ByHalfTheBlur);
+    for layer in 1..layers.len() {
+        let ends = [layer - 1, layer].map(|k| 2.0 * 9.6 * (layers.vergence(k) - 0.5));
+        let least = ends[0].abs().min(ends[1].abs());
+        let most = 0.5 * (STEP_SHARE * least).max(1.5);
+        assert!(ends[1] - ends[0] <= most + 1e-9, "{ends:?}");
+    }
+}
