@@ -35,7 +35,7 @@ const NEAREST_PER_M: f64 = 1024.0;
 pub(crate) enum LayerSpacing {
     /// The change of the blur alone.
     ByBlur,
-    /// Half as large a change of the blur: for the inversion of kernels, to which those between two layers are more sensitive.
+    /// Half of that change. Removal inverts kernels, so errors of the kernels between two layers matter more than in a render.
     ByHalfTheBlur,
     /// The change of the blur, and 8 % of the vergence: separates near from far where both are equally sharp.
     Fine,

@@ -9,7 +9,7 @@ use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 
-/// Differences of kernel size, as a share of the larger and one px, from which kernels are unlike and up to which they are alike.
+/// Differences of kernel size at which kernels count as unlike, and as alike. They are divided by the larger size plus one px.
 const UNLIKE_KERNELS: [f32; 2] = [0.6, 0.3];
 
 /// A layer, on the window of the canvas that its light reaches.

@@ -19,8 +19,8 @@ pub(super) fn fill_holes(plane: &[f32], width: usize, known: &[bool]) -> Vec<f32
         .collect()
 }
 
-/// Returns `plane`, `width` samples wide, with a smooth continuation of what is known in place of the rest. `known` holds the share of
-/// each sample that is known, 0 to 1.
+/// Mixes each sample of `plane`, `width` samples wide, with a smooth continuation of the others. Its share in `known` says how much of
+/// it stays: 1 all of it, 0 nothing.
 pub(super) fn continue_known(plane: &[f32], width: usize, known: &[f32]) -> Vec<f32> {
     let level = Level {
         width,
