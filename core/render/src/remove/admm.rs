@@ -31,6 +31,7 @@ use super::gradient::{Gradient, sampled_norms, white_noise_power};
 use super::lens_operator::{Accuracy, LensOperator};
 use super::plug_and_play::refine;
 use super::quadratic::Quadratic;
+use super::ramp;
 use super::vectors::{add_scaled, dot};
 use super::winsorised::WinsorisedStatistics;
 use crate::cancelled;
@@ -57,6 +58,8 @@ const MAX_WEIGHT_GROWTH: f64 = 4.0;
 const MAX_WEIGHT: f64 = 8.0;
 /// l / r, by which gradients are shortened, in mean gradients.
 const THRESHOLD: f64 = 1.5;
+/// Shares of the light at a pixel that come from unknown samples, at which the start begins to be the plate and is nothing else.
+const UNKNOWN_LIGHT: [f32; 2] = [0.005, 0.02];
 /// Times that the strength of the Wiener filter's prior is estimated.
 const STRENGTH_PASSES: usize = 2;
 /// Least mean square gradient that the Wiener filter assumes, in variances of the noise. Below, it would damp the spectrum
@@ -198,11 +201,11 @@ fn wiener_estimate(problem: &Problem, data_weight: f64) -> Result<Vec<f32>> {
         let wiener = |h: Complex<f32>, gradient_power: f32| {
             h.conj() / (h.norm_sqr() + damping * gradient_power)
         };
-        estimate = match problem.refinement {
-            Refinement::Run => (problem.operator).filter_by_layer(problem.plate, &known, wiener)?,
-            Refinement::Skip => problem.operator.filter(problem.plate, wiener)?,
-        };
+        estimate = (problem.operator).filter_by_layer(problem.plate, &known, wiener)?;
         strength = mean_square_gradient(&estimate);
+    }
+    if problem.refinement == Refinement::Run && known.contains(&false) {
+        problem.return_to_plate(&mut estimate, &known)?;
     }
     Ok(estimate)
 }
@@ -211,6 +214,23 @@ impl Problem<'_> {
     /// Returns the columns of the canvas.
     pub(super) fn width(&self) -> usize {
         self.canvas.size().0
+    }
+
+    /// Replaces `start` by the plate at pixels that get light from others than the `known` ones. What these are filled with is no
+    /// blurred image, so that the filter makes it ring, and the iterations are too few to remove that. In depth, each layer's
+    /// pixels get its own continuation of the plate.
+    fn return_to_plate(&self, start: &mut [f32], known: &[bool]) -> Result<()> {
+        let unknown: Vec<f32> = (known.iter())
+            .map(|known| if *known { 0.0 } else { 1.0 })
+            .collect();
+        let light = self.operator.apply(&unknown, Accuracy::Draft)?;
+        let identity = |_: Complex<f32>, _: f32| Complex::new(1.0, 0.0);
+        let plate = self.operator.filter_by_layer(self.plate, known, identity)?;
+        let samples = start.par_iter_mut().zip(&plate).zip(&light);
+        samples.for_each(|((sample, plate), light)| {
+            *sample += ramp(*light, UNKNOWN_LIGHT) * (plate - *sample);
+        });
+        Ok(())
     }
 
     /// Returns the residual b - A x on the plate, 0 where samples have no weight.

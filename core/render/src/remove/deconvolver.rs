@@ -8,7 +8,7 @@ use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
 use super::separation::{PlaneLights, PlateInputs};
 use super::{Canvas, Highlights, Saturation};
-use crate::{LayerSpacing, Plane, Scene};
+use crate::{Plane, Scene};
 use rayon::prelude::*;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, Result};
@@ -247,12 +247,7 @@ impl Deconvolver {
             return Ok(self.uniform_plane(plate, plane));
         }
         let canvas = plate.canvas;
-        // The lens check removes blur many times, and was calibrated with the layers of the renderer.
-        let spacing = match plate.variant.refinement {
-            Refinement::Run => LayerSpacing::ByHalfTheBlur,
-            Refinement::Skip => LayerSpacing::ByBlur,
-        };
-        let operator = &LensOperator::with_layers(plate.scene, &canvas, plane.weights, spacing)?;
+        let operator = &LensOperator::new(plate.scene, &canvas, plane.weights)?;
         let kept = &plate.kept_shares(plane.samples, lights, operator)?;
         let PlaneLights {
             noise,

@@ -47,19 +47,6 @@ impl LensOperator {
     /// # Errors
     /// A lens that cannot be drawn.
     pub(super) fn new(scene: &Scene, canvas: &Canvas, weights: &[f64]) -> Result<Self> {
-        Self::with_layers(scene, canvas, weights, LayerSpacing::ByHalfTheBlur)
-    }
-
-    /// Prepares the operator like [`Self::new`], with depth layers of this `spacing`.
-    ///
-    /// # Errors
-    /// A lens that cannot be drawn.
-    pub(super) fn with_layers(
-        scene: &Scene,
-        canvas: &Canvas,
-        weights: &[f64],
-        spacing: LayerSpacing,
-    ) -> Result<Self> {
         let canvas_scene = Scene {
             edges: Edges::Black,
             ..canvas.scene(scene, None)
@@ -74,7 +61,7 @@ impl LensOperator {
         };
         let pass = canvas.extend_by_replication(pass);
         let mut operator = Self {
-            layers: depth_layers(&canvas_scene, &pass, weights, spacing)?,
+            layers: depth_layers(&canvas_scene, &pass, weights)?,
             size,
             normalisation: None,
         };
@@ -261,15 +248,11 @@ impl LensOperator {
 
 /// Cuts the canvas of `scene` into layers by `pass`, the vergence of each of its pixels. Layers without a pixel are left
 /// out.
-fn depth_layers(
-    scene: &Scene,
-    pass: &[f32],
-    weights: &[f64],
-    spacing: LayerSpacing,
-) -> Result<Vec<DepthLayer>> {
+fn depth_layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<DepthLayer>> {
     let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
     let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-    let layers = DepthLayers::new(scene, f64::from(lowest), f64::from(highest), spacing);
+    let (lowest, highest) = (f64::from(lowest), f64::from(highest));
+    let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::ByHalfTheBlur);
     let coordinates: Vec<f32> = pass
         .par_iter()
         .map(|vergence| layers.coordinate(f64::from(*vergence)))

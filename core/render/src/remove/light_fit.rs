@@ -102,6 +102,8 @@ pub(super) struct FittedLight {
     pub(super) blurred: Vec<f32>,
     /// Relative error of the lens that explains the residual.
     pub(super) model_error: f64,
+    /// Mean light of the sources over the standard deviation of the light of one alone, from noise and texture.
+    pub(super) signal_to_noise: f64,
 }
 
 impl FitInputs<'_> {
@@ -157,6 +159,7 @@ impl FitInputs<'_> {
             window,
             blurred: solved.blurred,
             model_error: solved.model_error,
+            signal_to_noise: solved.signal_to_noise,
         }))
     }
 
@@ -240,6 +243,7 @@ struct Solved {
     light: Vec<f32>,
     blurred: Vec<f32>,
     model_error: f64,
+    signal_to_noise: f64,
 }
 
 /// Root mean squares over the samples where a light is strong.
@@ -354,10 +358,24 @@ impl<'a> LightFit<'a> {
             .collect();
         let blurred = self.model(&self.without_plane(&unknowns));
         Ok(Solved {
-            light,
             blurred,
             model_error,
+            signal_to_noise: self.signal_to_noise(&light, texture),
+            light,
         })
+    }
+
+    /// Returns the mean of the sources that have `light` over the standard deviation of the light of one alone, where the
+    /// picture has `texture`, a variance.
+    fn signal_to_noise(&self, light: &[f32], texture: f64) -> f64 {
+        let lit = light.iter().filter(|v| **v > 0.0);
+        let (sum, count) = lit.fold((0.0, 0_usize), |(sum, count), v| {
+            (sum + f64::from(*v), count + 1)
+        });
+        let columns = &self.columns[..self.source_count];
+        let squares = columns.iter().map(Column::square_sum).sum::<f64>() / columns.len() as f64;
+        let deviation = self.inputs.deviation.hypot(texture.sqrt());
+        sum / count.max(1) as f64 * squares.sqrt() / deviation
     }
 
     /// Returns whether enough of the light falls on samples that are not clipped.

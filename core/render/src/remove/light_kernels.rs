@@ -197,6 +197,11 @@ impl Column {
         }
     }
 
+    /// Returns the sum of the squares of the samples.
+    pub(super) fn square_sum(&self) -> f64 {
+        self.weights.iter().map(|w| f64::from(*w).powi(2)).sum()
+    }
+
     fn height(&self) -> usize {
         self.weights.len() / self.width.max(1)
     }

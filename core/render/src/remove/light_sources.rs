@@ -27,6 +27,10 @@ const RINGING_CONTRAST: f32 = 3.0;
 /// Least range of the samples of a bright region, standard deviations of a typical sample.
 const STANDING_OUT_DEVIATIONS: f64 = 100.0;
 
+/// Least signal-to-noise ratio of the sources of a light that is separated. Those of a large light before a textured picture
+/// are not determined: they take a part of the picture, which rings without it.
+const LEAST_SIGNAL_TO_NOISE: f64 = 10.0;
+
 /// Reach of the errors of a light, px.
 const ERROR_REACH: usize = 2;
 
@@ -225,9 +229,10 @@ impl LightSearch<'_> {
                 || self.stands_out(region) && region.iter().any(|k| bright(*k))
         };
         for (region, light) in regions.into_iter().zip(lights) {
-            match light {
+            let was_fitted = light.is_some();
+            match light.filter(|light| light.signal_to_noise >= LEAST_SIGNAL_TO_NOISE) {
                 Some(light) => found.lights.push((region, light)),
-                None if keeps_blur(&region) => {
+                None if keeps_blur(&region) || was_fitted && self.would_ring(&region) => {
                     region.iter().for_each(|pixel| found.kept[*pixel] = true);
                 }
                 None => {}
