@@ -2,7 +2,8 @@
 
 use super::super::Lights;
 use super::super::test_scenes::{
-    GrowingBlur, HEIGHT, WEIGHTS, WIDTH, blurred, lens, psnr_db, remove, scene, sharpen,
+    GrowingBlur, HEIGHT, NormalDeviates, WEIGHTS, WIDTH, blurred, lens, psnr_db, remove, scene,
+    sharpen,
 };
 use super::super::{Deconvolver, Saturation, find_lights, match_blur};
 use crate::{BlurField, DisplacedBlur, Displacement, Plane, Renderer, Scatter, Scene};
@@ -100,6 +101,36 @@ fn lights_that_the_lens_does_not_explain_keep_their_blur() {
             .filter(|k| far(*k, lamp) < RADIUS)
             .all(|k| same(&k))
     );
+}
+
+/// The sources of a large light before a textured ground would take a part of its texture.
+#[test]
+fn a_large_light_before_texture_keeps_its_blur() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let inside = |k: usize| (55..95).contains(&(k % WIDTH)) && (50..90).contains(&(k / WIDTH));
+    let mut deviates = NormalDeviates(3);
+    let cells: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|_| deviates.next() as f32)
+        .collect();
+    let truth = |texture: f32| -> Vec<f32> {
+        let sample = |k: usize| {
+            let cell = k / WIDTH / 6 * WIDTH + k % WIDTH / 6;
+            let ripple = if k / WIDTH % 8 < 3 { 2.0 } else { 0.0 };
+            let light = if inside(k) { 0.4 + ripple } else { 0.0 };
+            (GROUND + texture * cells[cell]).max(0.0) + light
+        };
+        (0..WIDTH * HEIGHT).map(sample).collect()
+    };
+    let middle = 70 * WIDTH + 75;
+    let change = |texture: f32| {
+        let plate = blurred(&scene, &Scatter, &truth(texture), 0.001);
+        let sharp = sharpen(&scene, &plate, Deconvolver::default());
+        let near = (-4..=4).map(|row: isize| middle.saturating_add_signed(row * WIDTH as isize));
+        near.fold(0.0_f32, |most, k| most.max((sharp[k] - plate[k]).abs()))
+    };
+    assert!(change(0.05) < 1e-6, "{}", change(0.05));
+    assert!(change(0.015) > 0.05, "{}", change(0.015));
 }
 
 /// A window of some 2000 sources is solved by its residual, and a thin line as well as small lamps are.
