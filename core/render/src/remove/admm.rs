@@ -28,7 +28,7 @@
 
 use super::canvas::Canvas;
 use super::gradient::{Gradient, sampled_norms, white_noise_power};
-use super::lens_operator::{Accuracy, LensOperator};
+use super::lens_operator::{Accuracy, KEPT_NORMALISATION_ERROR, LensOperator};
 use super::plug_and_play::refine;
 use super::quadratic::Quadratic;
 use super::ramp;
@@ -217,16 +217,18 @@ impl Problem<'_> {
     }
 
     /// Replaces `start` by the plate at pixels that get light from others than the `known` ones. What these are filled with is no
-    /// blurred image, so that the filter makes it ring, and the iterations are too few to remove that. In depth, each layer's
-    /// pixels get its own continuation of the plate.
+    /// blurred image, so that the filter makes it ring, and the iterations are too few to remove that. Samples at depth edges are
+    /// left out: from the plate, edges of surfaces that are blurred little come back worse.
     fn return_to_plate(&self, start: &mut [f32], known: &[bool]) -> Result<()> {
-        let unknown: Vec<f32> = (known.iter())
-            .map(|known| if *known { 0.0 } else { 1.0 })
+        let errors = self.operator.normalisation_error();
+        let is_at_edge = |k: usize| {
+            (errors.as_ref()).is_some_and(|errors| errors[k] > KEPT_NORMALISATION_ERROR[0])
+        };
+        let unknown: Vec<f32> = (known.iter().enumerate())
+            .map(|(k, known)| if *known || is_at_edge(k) { 0.0 } else { 1.0 })
             .collect();
         let light = self.operator.apply(&unknown, Accuracy::Draft)?;
-        let identity = |_: Complex<f32>, _: f32| Complex::new(1.0, 0.0);
-        let plate = self.operator.filter_by_layer(self.plate, known, identity)?;
-        let samples = start.par_iter_mut().zip(&plate).zip(&light);
+        let samples = start.par_iter_mut().zip(self.plate).zip(&light);
         samples.for_each(|((sample, plate), light)| {
             *sample += ramp(*light, UNKNOWN_LIGHT) * (plate - *sample);
         });

@@ -20,6 +20,8 @@ use seidel_optics::error::Result;
 /// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly
 /// any light.
 const MIN_UNIFORM_LIGHT: f32 = 0.05;
+/// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
+pub(super) const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
 /// Shares of light from kernels like those of a layer between which a sample goes from unknown to known in it.
 const OWN_LIGHT: [f32; 2] = [0.5, 0.9];
 

@@ -1,7 +1,7 @@
 //! Separation of a plane: its lights, the rest of its picture, and what keeps its blur.
 
 use super::deconvolver::{Lights, Variant, is_uniform};
-use super::lens_operator::{Accuracy, LensOperator};
+use super::lens_operator::{Accuracy, KEPT_NORMALISATION_ERROR, LensOperator};
 use super::light_sources::{FoundLights, LightSearch, LightSources};
 use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
@@ -13,8 +13,6 @@ use seidel_optics::error::Result;
 /// Light from clipped samples and highlights, in units of the highlight threshold, at which a pixel begins to keep its
 /// blur and keeps all of it.
 const KEPT_HIGHLIGHT_LIGHT: [f32; 2] = [0.003, 0.02];
-/// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
-const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
 
 /// The inputs that all planes of a plate have in common.
 pub(super) struct PlateInputs<'a> {
