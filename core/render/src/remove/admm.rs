@@ -58,7 +58,7 @@ const MAX_WEIGHT_GROWTH: f64 = 4.0;
 const MAX_WEIGHT: f64 = 8.0;
 /// l / r, by which gradients are shortened, in mean gradients.
 const THRESHOLD: f64 = 1.5;
-/// Shares of the light at a pixel that come from unknown samples, at which the start begins to be the plate and is nothing else.
+/// Shares of a pixel's light from unknown samples, at which the start begins to turn into the plate and is the plate alone.
 const UNKNOWN_LIGHT: [f32; 2] = [0.005, 0.02];
 /// Times that the strength of the Wiener filter's prior is estimated.
 const STRENGTH_PASSES: usize = 2;
@@ -91,7 +91,8 @@ pub(super) struct Problem<'a> {
     pub(super) refinement: Refinement,
 }
 
-/// The correction of texture and the prior of patches, after the last iteration.
+/// The steps that the lens check leaves out: the return of the start to the plate beside unknown samples, and the correction of
+/// texture and the prior of patches after the last iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refinement {
     Run,
@@ -204,7 +205,7 @@ fn wiener_estimate(problem: &Problem, data_weight: f64) -> Result<Vec<f32>> {
         estimate = (problem.operator).filter_by_layer(problem.plate, &known, wiener)?;
         strength = mean_square_gradient(&estimate);
     }
-    if problem.refinement == Refinement::Run && known.contains(&false) {
+    if problem.refinement == Refinement::Run {
         problem.return_to_plate(&mut estimate, &known)?;
     }
     Ok(estimate)
@@ -227,6 +228,9 @@ impl Problem<'_> {
         let unknown: Vec<f32> = (known.iter().enumerate())
             .map(|(k, known)| if *known || is_at_edge(k) { 0.0 } else { 1.0 })
             .collect();
+        if unknown.iter().all(|unknown| *unknown == 0.0) {
+            return Ok(());
+        }
         let light = self.operator.apply(&unknown, Accuracy::Draft)?;
         let samples = start.par_iter_mut().zip(self.plate).zip(&light);
         samples.for_each(|((sample, plate), light)| {

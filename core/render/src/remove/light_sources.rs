@@ -28,7 +28,7 @@ const RINGING_CONTRAST: f32 = 3.0;
 const STANDING_OUT_DEVIATIONS: f64 = 100.0;
 
 /// Least signal-to-noise ratio of the sources of a light that is separated. Those of a large light before a textured picture
-/// are not determined: they take a part of the picture, which rings without it.
+/// are not determined: they take a part of the picture with them, and what is left of it rings.
 const LEAST_SIGNAL_TO_NOISE: f64 = 10.0;
 
 /// Reach of the errors of a light, px.
