@@ -114,12 +114,11 @@ pub trait Renderer: Sync {
     }
 
     /// Prepares the renders of the depth layers of a plate by [`Renderer::render_layer`].
-    fn layer_context(&self, _scene: &Scene, _planes: &[Plane]) -> LayerContext {
+    fn layer_context(&self, _scene: &Scene) -> LayerContext {
         LayerContext::default()
     }
 
-    /// Renders a part of a plate's light that lies at one vergence. `scene` is that of `crop` of the plate; `planes` are those of
-    /// the plate that `context` was made for, and others after them.
+    /// Renders a part of a plate's light that lies at one vergence. `scene` is that of a crop of the plate that `context` was made for.
     ///
     /// # Errors
     /// Those of [`Renderer::render_window`].
@@ -127,7 +126,6 @@ pub trait Renderer: Sync {
         &self,
         scene: &Scene,
         planes: &[Plane],
-        _crop: RenderWindow,
         _context: &LayerContext,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {

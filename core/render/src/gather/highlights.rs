@@ -13,14 +13,10 @@ use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Largest number of highlight pixels of a block in each plane for plates at one vergence; larger areas are left to the fast renderer.
+/// Largest number of highlight pixels of a block in each plane; larger areas are left to the fast renderer.
 pub(super) const MAX_PIXELS: usize = 16;
-
-/// Least number of highlights of a tile that are scattered together. One more than the kernels that this takes, at the corners of the tile.
-const CROWD: usize = 5;
 
 /// Blocks scattered before they are added to the plate; bounds the memory taken.
 const WAVE: usize = 64;
@@ -30,17 +26,6 @@ pub(super) struct HighlightSplit<'a> {
     /// The rest of each plane.
     pub(super) rest: Vec<Cow<'a, [f32]>>,
     blocks: Vec<HighlightBlock>,
-}
-
-/// The highlights of a plate.
-#[derive(Default)]
-pub(super) struct PlateHighlights(Vec<HighlightBlock>);
-
-impl PlateHighlights {
-    /// Finds the highlights of planes that are `width` pixels wide; blocks have at most `most` in each plane.
-    pub(super) fn find(planes: &[Plane], width: usize, most: usize) -> Self {
-        Self(find_highlights(planes, width, most))
-    }
 }
 
 impl<'a> HighlightSplit<'a> {
@@ -55,20 +40,6 @@ impl<'a> HighlightSplit<'a> {
         Self::with_blocks(planes, 0, Vec::new())
     }
 
-    /// Splits the planes of a depth layer in `crop` of a plate with these `highlights`. All light of a highlight is
-    /// scattered exactly. Planes beyond those of the plate have none.
-    pub(super) fn of_layer(
-        planes: &[Plane<'a>],
-        crop: RenderWindow,
-        highlights: &PlateHighlights,
-    ) -> Self {
-        let blocks = highlights.0.iter().filter_map(|block| {
-            let block = block.in_layer(planes, crop);
-            (!block.pixels.is_empty()).then_some(block)
-        });
-        Self::with_blocks(planes, crop.width, blocks.collect())
-    }
-
     fn with_blocks(planes: &[Plane<'a>], width: usize, blocks: Vec<HighlightBlock>) -> Self {
         let rest = planes
             .iter()
@@ -76,22 +47,6 @@ impl<'a> HighlightSplit<'a> {
             .map(|(index, plane)| without(plane.samples, index, planes.len(), width, &blocks))
             .collect();
         Self { rest, blocks }
-    }
-
-    /// Removes the highlights of tiles of `side` pixels that hold many and returns their light, one image for each of the `count`
-    /// planes of `scene`; empty ones for planes without. The tiles are those of an anchored grid.
-    pub(super) fn take_crowded(&mut self, count: usize, side: usize, scene: &Scene) -> Vec<Image> {
-        let axis = scene.lens.frame().axis();
-        let before = scene.map.place_in_cell_about(axis, side);
-        let tile =
-            |(row, column): (usize, usize)| ((row + before[1]) / side, (column + before[0]) / side);
-        let blocks = self.blocks.iter_mut();
-        let crowded: Vec<_> = blocks
-            .map(|block| block.take_crowded(&tile, count))
-            .collect();
-        (0..count)
-            .map(|plane| image_of_pixels(&crowded, plane, count))
-            .collect()
     }
 
     /// Returns the number of pixels subtracted.
@@ -155,61 +110,6 @@ fn without<'a>(
 }
 
 impl HighlightBlock {
-    /// Returns the highlights with light in `planes`, those of a depth layer in `crop`.
-    fn in_layer(&self, planes: &[Plane], crop: RenderWindow) -> Self {
-        let mut block = Self {
-            pixels: Vec::new(),
-            excess: Vec::new(),
-        };
-        let count = self.excess.len() / self.pixels.len().max(1);
-        for (&(row, column), excess) in self.pixels.iter().zip(self.excess.chunks(count.max(1))) {
-            let place = row
-                .checked_sub(crop.row)
-                .zip(column.checked_sub(crop.column));
-            let Some((row, column)) = place.filter(|(y, x)| *y < crop.height && *x < crop.width)
-            else {
-                continue;
-            };
-            let light = planes.iter().enumerate().map(|(index, plane)| {
-                if excess.get(index).is_some_and(|excess| *excess != 0.0) {
-                    plane.samples[row * crop.width + column]
-                } else {
-                    0.0
-                }
-            });
-            if light.clone().any(|light| light != 0.0) {
-                block.pixels.push((row, column));
-                block.excess.extend(light);
-            }
-        }
-        block
-    }
-
-    /// Takes out the highlights of tiles that hold many, with light in `count` planes; `tile` returns the tile of a row and column.
-    fn take_crowded(
-        &mut self,
-        tile: &dyn Fn((usize, usize)) -> (usize, usize),
-        count: usize,
-    ) -> Self {
-        let mut counts: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-        for pixel in &self.pixels {
-            *counts.entry(tile(*pixel)).or_default() += 1;
-        }
-        let all = std::mem::take(&mut self.pixels);
-        let excess = std::mem::take(&mut self.excess);
-        let mut crowded = Self {
-            pixels: Vec::new(),
-            excess: Vec::new(),
-        };
-        for (pixel, excess) in all.into_iter().zip(excess.chunks(count.max(1))) {
-            let is_crowded = counts[&tile(pixel)] >= CROWD;
-            let block = if is_crowded { &mut crowded } else { &mut *self };
-            block.pixels.push(pixel);
-            block.excess.extend(excess);
-        }
-        crowded
-    }
-
     /// Scatters the highlights into one image per plane. Neighbours share a kernel as in the exact renderer.
     fn scattered(
         &self,
@@ -272,39 +172,6 @@ impl HighlightBlock {
             }
         }
     }
-}
-
-/// Returns the light of pixels in plane `plane` of `count`, in the smallest image that holds it.
-fn image_of_pixels(blocks: &[HighlightBlock], plane: usize, count: usize) -> Image {
-    let lit = || {
-        let pixels = blocks.iter().flat_map(|block| {
-            let excess = block.excess.iter().skip(plane).step_by(count);
-            block.pixels.iter().zip(excess)
-        });
-        pixels.filter(|(_, light)| **light != 0.0)
-    };
-    let bounds = lit().fold(None, |bounds, ((row, column), _)| {
-        let (top, left, bottom, right) = bounds.unwrap_or((*row, *column, *row, *column));
-        Some((
-            top.min(*row),
-            left.min(*column),
-            bottom.max(*row),
-            right.max(*column),
-        ))
-    });
-    let Some((top, left, bottom, right)) = bounds else {
-        return Image::default();
-    };
-    let mut image = Image::zeros(Rect {
-        left: left as i32,
-        top: top as i32,
-        width: right + 1 - left,
-        height: bottom + 1 - top,
-    });
-    for ((row, column), light) in lit() {
-        image.samples[(row - top) * image.width + column - left] = *light;
-    }
-    image
 }
 
 /// Extends `image` to hold `kernel` around a source pixel, with some spare room for the next highlight near by.

@@ -1,34 +1,27 @@
-//! The knowledge of a plate that the renders of its depth layers share: its highlights, and the tile sides at each vergence.
+//! The knowledge of a plate that the renders of its depth layers share: the tile sides at each vergence.
 
-use super::highlights::PlateHighlights;
 use super::image::Size;
 use super::lens_probe::{LensProbe, ProbedSides, TileSides};
 use crate::scatter::Sources;
-use crate::{Plane, PlateMap, RenderWindow, Scene};
+use crate::{PlateMap, RenderWindow, Scene};
 use seidel_optics::error::Result;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Largest number of highlight pixels of a block in each plane, for plates in depth; further bright pixels are rendered like the rest.
-const MAX_HIGHLIGHTS: usize = 256;
-
 /// The knowledge that a renderer keeps of a plate while it renders the plate's depth layers one by one.
 ///
-/// A highlight stands out from the plate; in a layer, which is mostly dark, every pixel would. The tile sides are measured once for each
-/// vergence, not for each crop.
+/// The tile sides are measured once for each vergence, not for each crop.
 #[derive(Default)]
 pub struct LayerContext {
-    pub(super) highlights: PlateHighlights,
     plate: Option<(PlateMap, Size)>,
     /// By the bits of the vergence.
     sides: Arc<Mutex<BTreeMap<u64, Arc<ProbedSides>>>>,
 }
 
 impl LayerContext {
-    /// Measures the plate `planes` of `scene`.
-    pub(super) fn new(scene: &Scene, planes: &[Plane]) -> Self {
+    /// The context of the plate of `scene`, without knowledge yet.
+    pub(super) fn new(scene: &Scene) -> Self {
         Self {
-            highlights: PlateHighlights::find(planes, scene.width, MAX_HIGHLIGHTS),
             plate: Some((
                 scene.map,
                 Size {
@@ -37,26 +30,6 @@ impl LayerContext {
                 },
             )),
             sides: Arc::default(),
-        }
-    }
-
-    /// Returns the size of the plate that `scene` is a crop of.
-    pub(super) fn size(&self, scene: &Scene) -> Size {
-        self.plate.map_or(
-            Size {
-                width: scene.width,
-                height: scene.height,
-            },
-            |(_, size)| size,
-        )
-    }
-
-    /// Returns the context for planes without highlights.
-    pub(crate) fn without_highlights(&self) -> Self {
-        Self {
-            highlights: PlateHighlights::default(),
-            plate: self.plate,
-            sides: Arc::clone(&self.sides),
         }
     }
 

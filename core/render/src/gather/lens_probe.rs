@@ -107,13 +107,13 @@ impl LensProbe<'_> {
         variances.fold(f64::INFINITY, f64::min).max(0.0).sqrt()
     }
 
-    /// Returns whether the blur in the middle of a scene of `size` is at least as wide as the short side of its `plate`.
+    /// Returns whether the blur in the middle of a plate of `size` is at least as wide as its short side.
     ///
     /// No light stands out there once it is blurred, so that highlights need no kernel each: drawing one would take more work than
     /// the plate.
-    pub(super) fn is_wider_than(&self, size: Size, plate: Size) -> bool {
+    pub(super) fn is_wider_than(&self, size: Size) -> bool {
         let centre = (0.5 * size.width as f64, 0.5 * size.height as f64);
-        self.min_sigma(centre) >= plate.width.min(plate.height) as f64
+        self.min_sigma(centre) >= size.width.min(size.height) as f64
     }
 
     /// Returns how far light travels from its source on a plate of `size`, px: the largest reach on a grid, plus a

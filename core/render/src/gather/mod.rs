@@ -36,7 +36,7 @@ mod tile_grid;
 mod tolerance;
 mod window;
 
-pub(crate) use highlight_search::find_highlights;
+pub(crate) use highlight_search::{HighlightBlock, find_highlights};
 pub use kernel_store::KernelStore;
 pub use layer_context::LayerContext;
 pub use operator::Operator;
@@ -48,15 +48,14 @@ use crate::{
     Scene, VergencePass,
 };
 use edges::fold_early;
-use fir::ROWS;
 use gather_pass::GatherPass;
 use highlights::{HighlightSplit, MAX_PIXELS};
-use image::{Image, Size, View};
+use image::{Size, View};
 use lens_probe::{LensProbe, TileSides};
 use plan::{Level, LitBlocks, PlanInputs, plan};
 use scatter_pass::ScatterPass;
 use seidel_optics::error::Result;
-use source_tiles::{SourceLevel, source_levels};
+use source_tiles::source_levels;
 use std::collections::BTreeSet;
 use tile_grid::GridIndex;
 use window::prune_to_window;
@@ -105,7 +104,7 @@ impl Renderer for Gather<'_> {
             let Some(sides) = job.tile_sides()? else {
                 return Scatter.render_window(scene, planes, window, progress);
             };
-            let split = if job.lens.is_wider_than(job.size(), job.size()) {
+            let split = if job.lens.is_wider_than(job.size()) {
                 HighlightSplit::none(planes)
             } else {
                 HighlightSplit::new(planes, scene.width, MAX_PIXELS)
@@ -113,21 +112,20 @@ impl Renderer for Gather<'_> {
             let views = job.views(&split);
             let lit = LitBlocks::new(&views);
             if lit.share() < SPARSE_SHARE {
-                return job.scatter(planes, &sides, &split, None);
+                return job.scatter(planes, &sides, &split);
             }
             job.gather(planes, &sides, &lit, &split)
         })
     }
 
-    fn layer_context(&self, scene: &Scene, planes: &[Plane]) -> LayerContext {
-        LayerContext::new(scene, planes)
+    fn layer_context(&self, scene: &Scene) -> LayerContext {
+        LayerContext::new(scene)
     }
 
     fn render_layer(
         &self,
         scene: &Scene,
         planes: &[Plane],
-        crop: RenderWindow,
         context: &LayerContext,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
@@ -140,18 +138,7 @@ impl Renderer for Gather<'_> {
             if !job.fits(&sides) {
                 return Scatter.render(scene, planes, progress);
             }
-            let mut split = if job.lens.is_wider_than(job.size(), context.size(scene)) {
-                HighlightSplit::none(planes)
-            } else {
-                HighlightSplit::of_layer(planes, crop, &context.highlights)
-            };
-            let side = bright_tile(&sides);
-            let highlights = split.pixel_count();
-            let light = split.take_crowded(planes.len(), side, scene);
-            let crowded = CrowdedLight { light, side };
-            let mut rendered = job.scatter(planes, &sides, &split, Some(crowded))?;
-            rendered.statistics.highlights = highlights;
-            Ok(rendered)
+            job.scatter(planes, &sides, &HighlightSplit::none(planes))
         })
     }
 }
@@ -260,20 +247,14 @@ impl Job<'_> {
         Ok(rendered(plates, levels.collect(), split))
     }
 
-    /// Renders sparse light: scatters `planes` without the highlights of `split` tile by tile, and `crowded` highlights.
+    /// Renders sparse light: scatters `planes` without the highlights of `split` tile by tile.
     fn scatter(
         &self,
         planes: &[Plane],
         sides: &TileSides,
         split: &HighlightSplit,
-        crowded: Option<CrowdedLight>,
     ) -> Result<Rendered> {
-        let crowded = crowded.filter(CrowdedLight::is_any);
-        let crowded = crowded.map(|CrowdedLight { light, side }| {
-            SourceLevel::finest(&self.lens, light, self.scene, side)
-        });
         let pass = ScatterPass {
-            crowded: crowded.transpose()?,
             levels: source_levels(&self.lens, &self.views(split), self.scene, sides)?,
             mix_of: &self.mix_of,
             size: self.size(),
@@ -365,26 +346,6 @@ impl Job<'_> {
             reach,
         })
     }
-}
-
-/// The light of highlights that are scattered in small tiles.
-struct CrowdedLight {
-    /// One image a plane.
-    light: Vec<Image>,
-    /// Side of the tiles, px.
-    side: usize,
-}
-
-impl CrowdedLight {
-    fn is_any(&self) -> bool {
-        self.light.iter().any(|image| !image.samples.is_empty())
-    }
-}
-
-/// Returns the side of tiles of crowded highlights, px: a quarter of the largest tile, whose kernels are interpolated sixteen times
-/// as accurately.
-fn bright_tile(sides: &TileSides) -> usize {
-    (sides.at(0) / 4 / ROWS * ROWS).max(ROWS)
 }
 
 /// Returns a render of one vergence with the work of its levels.

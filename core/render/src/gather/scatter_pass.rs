@@ -23,8 +23,6 @@ const SQUARE: usize = 64;
 pub(super) struct ScatterPass<'a> {
     /// Finest first.
     pub(super) levels: Vec<SourceLevel>,
-    /// Crowded highlights, scattered on the finest level in tiles of their own.
-    pub(super) crowded: Option<SourceLevel>,
     /// Index of each plane's channel mix.
     pub(super) mix_of: &'a [usize],
     pub(super) size: Size,
@@ -40,33 +38,22 @@ impl ScatterPass<'_> {
         mut self,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>> {
-        let count = (self.levels.iter())
-            .chain(&self.crowded)
-            .map(|level| level.tiles.len())
-            .sum::<usize>();
+        let count: usize = self.levels.iter().map(|level| level.tiles.len()).sum();
         let mut done = 0;
         let mut coarser: Vec<Image> = vec![Image::default(); self.mix_of.len()];
         let level_count = self.levels.len();
         // What is done with is dropped at once: all of it is several times the plate.
         while let Some(level) = self.levels.pop() {
             let index = self.levels.len();
-            let crowded = self.crowded.take_if(|_| index == 0);
-            let parts: Vec<SourceLevel> = std::iter::once(level).chain(crowded).collect();
-            let reached = parts.iter().map(|part| part.reached).reduce(joined_rect);
-            let Some(reached) = reached else {
-                continue;
-            };
-            let mut images = vec![Image::zeros(reached); self.mix_of.len()];
-            for part in &parts {
-                for wave in part.tiles.chunks(WAVE) {
-                    self.add_wave(part, wave, &mut images);
-                    done += wave.len();
-                    if !progress(done as f64 / count as f64) {
-                        return Err(cancelled());
-                    }
+            let mut images = vec![Image::zeros(level.reached); self.mix_of.len()];
+            for wave in level.tiles.chunks(WAVE) {
+                self.add_wave(&level, wave, &mut images);
+                done += wave.len();
+                if !progress(done as f64 / count as f64) {
+                    return Err(cancelled());
                 }
             }
-            drop(parts);
+            drop(level);
             let is_closed = index + 1 < level_count && self.closes(index + 1);
             let images = images.into_par_iter().zip(coarser);
             coarser = images

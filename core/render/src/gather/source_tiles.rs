@@ -79,20 +79,6 @@ fn size_of(scene: &Scene) -> Size {
 }
 
 impl SourceLevel {
-    /// The finest level alone, for `light` in tiles of `side` pixels.
-    ///
-    /// # Errors
-    /// A lens that cannot be drawn at some point.
-    pub(super) fn finest(
-        lens: &LensProbe,
-        light: Vec<Image>,
-        scene: &Scene,
-        side: usize,
-    ) -> Result<Self> {
-        let grid = TileGrid::anchored(0, side, scene);
-        Self::new(lens, light, grid)
-    }
-
     fn new(lens: &LensProbe, light: Vec<Image>, grid: TileGrid) -> Result<Self> {
         let mut tiles = BTreeSet::new();
         for image in &light {

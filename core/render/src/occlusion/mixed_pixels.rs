@@ -16,6 +16,7 @@
 
 use super::cell_pyramid::JUMP;
 use super::disocclusion::{ExtraSamples, LayeredPlate};
+use crate::Plane;
 use rayon::prelude::*;
 
 /// Radius within which the two sides are averaged, px.
@@ -25,23 +26,69 @@ const PRIOR_PRECISION: f64 = 16.0;
 /// Least share of a pixel's light that is moved.
 const MIN_SHARE: f32 = 0.01;
 
-/// Returns the signed corrections of the plate's samples that move mixed light to its side, row by row.
-pub(super) fn corrections(input: &LayeredPlate) -> Vec<ExtraSamples> {
-    let edges = edge_pixels(input);
-    let row = |row: usize| {
-        let mut out = ExtraSamples::default();
-        let mut estimate = CoverageEstimate::new(input.planes.len());
-        for column in 0..input.width {
-            let index = row * input.width + column;
-            if let Some(edge) = &edges[index]
-                && estimate.update(input, &edges, index, *edge)
-            {
-                estimate.correct(input, index, *edge, &mut out);
-            }
+/// The pixels of a plate at jumps in depth.
+pub(super) struct MixedPixels {
+    /// `None` elsewhere.
+    edges: Vec<Option<EdgePixel>>,
+}
+
+/// The part of a pixel's light that belongs to the other side of a jump.
+pub(super) struct OtherSide {
+    /// Layer coordinate.
+    pub(super) coordinate: f32,
+    /// Share of the pixel's light in each plane, 0 to 1.
+    pub(super) shares: Vec<f32>,
+}
+
+impl MixedPixels {
+    /// Finds the pixels of `input` at jumps.
+    pub(super) fn new(input: &LayeredPlate) -> Self {
+        Self {
+            edges: edge_pixels(input),
         }
-        out
-    };
-    (0..input.height).into_par_iter().map(row).collect()
+    }
+
+    /// Returns the signed corrections of the samples of `input` that move mixed light to its side, row by row.
+    pub(super) fn corrections(&self, input: &LayeredPlate) -> Vec<ExtraSamples> {
+        let row = |row: usize| {
+            let mut out = ExtraSamples::default();
+            let mut estimate = CoverageEstimate::new(input.planes.len());
+            for column in 0..input.width {
+                let index = row * input.width + column;
+                if let Some(edge) = &self.edges[index]
+                    && estimate.update(input, &self.edges, index, *edge)
+                {
+                    estimate.correct(input, index, *edge, &mut out);
+                }
+            }
+            out
+        };
+        (0..input.height).into_par_iter().map(row).collect()
+    }
+
+    /// Returns what belongs to the other side of pixel `index`; `None` without any, and where one of the sides is not visible.
+    pub(super) fn other_side(&self, input: &LayeredPlate, index: usize) -> Option<OtherSide> {
+        let edge = self.edges[index]?;
+        let mut estimate = CoverageEstimate::new(input.planes.len());
+        if !estimate.update(input, &self.edges, index, edge) || estimate.moved(edge) < MIN_SHARE {
+            return None;
+        }
+        let sides = estimate.mean[0].iter().zip(&estimate.mean[1]);
+        let share = |(plane, (far, near)): (&Plane, (&f64, &f64))| {
+            let light = plane.samples[index];
+            let of_far = far_part(light, estimate.coverage, *far as f32, *near as f32);
+            let other = if edge.near { of_far } else { light - of_far };
+            if light > 0.0 {
+                (other / light).clamp(0.0, 1.0)
+            } else {
+                0.0
+            }
+        };
+        Some(OtherSide {
+            coordinate: edge.other,
+            shares: input.planes.iter().zip(sides).map(share).collect(),
+        })
+    }
 }
 
 /// A pixel at a jump in depth.
@@ -179,11 +226,20 @@ impl CoverageEstimate {
         true
     }
 
+    /// Returns the share of the pixel that belongs to the other side.
+    fn moved(&self, edge: EdgePixel) -> f32 {
+        if edge.near {
+            1.0 - self.coverage
+        } else {
+            self.coverage
+        }
+    }
+
     /// Adds the corrections that move the other side's part of pixel `index` to that side.
     fn correct(&self, input: &LayeredPlate, index: usize, edge: EdgePixel, out: &mut ExtraSamples) {
         let column = index % input.width;
         let a = self.coverage;
-        let moved = if edge.near { 1.0 - a } else { a };
+        let moved = self.moved(edge);
         if moved < MIN_SHARE {
             return;
         }

@@ -10,7 +10,6 @@ mod background;
 mod blur_map;
 mod cell_pyramid;
 mod composite;
-mod cut_lights;
 mod depth_edges;
 mod depth_layers;
 mod disocclusion;
@@ -19,6 +18,7 @@ mod farthest_nearby;
 mod layer_samples;
 mod layer_waves;
 mod mixed_pixels;
+mod small_lights;
 #[cfg(test)]
 mod tests;
 
@@ -33,12 +33,13 @@ use crate::{
     VergencePass, cancelled,
 };
 use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
-use cut_lights::{CutLights, LightCut, SignedBlur};
 use disocclusion::{ExtraSamples, LayeredPlate};
 use layer_samples::{LayerSamples, LayerSource};
 use layer_waves::{CropProgress, LayerCrop, waves};
+use mixed_pixels::MixedPixels;
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
+use small_lights::{LightCut, SignedBlur, SmallLights};
 
 /// A holdout: an object composited in front later, whose matte holds back what lies behind it without blur.
 #[derive(Debug, Clone, Copy)]
@@ -230,8 +231,9 @@ impl LayeredRenderer<'_> {
             planes,
         };
         let blur = SignedBlur::new(scene, &layers);
-        let cut_lights = CutLights::find(&whole, &layers, &blur);
-        let rest = cut_lights.rest(planes);
+        let mixed_pixels = MixedPixels::new(&whole);
+        let small_lights = SmallLights::find(&whole, &mixed_pixels, &layers, &blur);
+        let rest = small_lights.rest(planes);
         let planes = rest.as_slice();
         let input = LayeredPlate { planes, ..whole };
         let check_cancelled = || {
@@ -242,7 +244,7 @@ impl LayeredRenderer<'_> {
             }
         };
         check_cancelled()?;
-        let corrections = mixed_pixels::corrections(&input);
+        let corrections = mixed_pixels.corrections(&input);
         check_cancelled()?;
         let hidden = self.hidden_samples(&input, &layers, &|| progress(0.0));
         let hidden = hidden.ok_or_else(cancelled)?;
@@ -276,10 +278,11 @@ impl LayeredRenderer<'_> {
             inner: self.inner,
             mixes: &mixes,
             planes,
-            context: self.inner.layer_context(scene, planes),
+            context: self.inner.layer_context(scene),
         };
         let mut statistics = RenderStatistics {
             layers: crops.iter().filter(|crops| !crops.is_empty()).count(),
+            highlights: small_lights.pixel_count(),
             ..RenderStatistics::default()
         };
         let all: Vec<LayerCrop> = (0..crops.len())
@@ -297,7 +300,7 @@ impl LayeredRenderer<'_> {
                     let samples = source.layer(layers.coordinate_of(part.layer), part.crop);
                     let cropped = layer_samples::cropped_scene(scene, part.crop, vergence);
                     let progress = |share| progress_of_crops.set(wave.start + index, share);
-                    layer_blur.blur(&cropped, &samples, part.crop, &progress)
+                    layer_blur.blur(&cropped, &samples, &progress)
                 })
                 .collect::<Result<_>>()?;
             for (part, blurred) in all[wave].iter().zip(blurred) {
@@ -330,7 +333,7 @@ impl LayeredRenderer<'_> {
         let transmittance = |vergence: f64, coordinate: f32, index: usize| {
             mattes.transmittance(vergence, coordinate, index)
         };
-        cut_lights.add_to(&mut rendered, &cut, &transmittance, progress)?;
+        small_lights.add_to(&mut rendered, &cut, &transmittance, progress)?;
         Ok(Rendered {
             planes: rendered,
             statistics,
@@ -369,7 +372,6 @@ impl LayerBlur<'_> {
         &self,
         scene: &Scene,
         samples: &LayerSamples,
-        crop: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
         let light = samples
@@ -387,27 +389,23 @@ impl LayerBlur<'_> {
         let context = &self.context;
         if scene.edges == Edges::Mirror {
             let all: Vec<_> = light.chain(presences).collect();
-            return self
-                .inner
-                .render_layer(scene, &all, crop, context, progress);
+            return self.inner.render_layer(scene, &all, context, progress);
         }
         // Light may leave the plate. Presence must not, or the composite would make up for that light.
         let light: Vec<_> = light.collect();
         let presences: Vec<_> = presences.collect();
         let mut blurred = self
             .inner
-            .render_layer(scene, &light, crop, context, &|done| progress(0.5 * done))?;
+            .render_layer(scene, &light, context, &|done| progress(0.5 * done))?;
         let mirrored = Scene {
             edges: Edges::Mirror,
             ..*scene
         };
-        let presence = self.inner.render_layer(
-            &mirrored,
-            &presences,
-            crop,
-            &context.without_highlights(),
-            &|done| progress(0.5 + 0.5 * done),
-        )?;
+        let presence = self
+            .inner
+            .render_layer(&mirrored, &presences, context, &|done| {
+                progress(0.5 + 0.5 * done)
+            })?;
         blurred.planes.extend(presence.planes);
         blurred.statistics.add_part(&presence.statistics);
         Ok(blurred)

@@ -73,7 +73,11 @@ impl<'a> LocalKernels<'a> {
 }
 
 /// Returns the weighted sum of the kernels of one source's channels.
-fn weighted_sum(scene: &Scene, found: &[Option<Source>], weights: &[f64]) -> LocalKernel {
+pub(crate) fn weighted_sum(
+    scene: &Scene,
+    found: &[Option<Source>],
+    weights: &[f64],
+) -> LocalKernel {
     let drawn: Vec<(KernelRows, f64)> = found
         .iter()
         .zip(weights)

@@ -9,6 +9,7 @@ mod sources;
 
 pub(crate) use accumulators::fold;
 pub use exact_pixels::exact_at_pixels;
+pub(crate) use local_kernel::weighted_sum;
 pub use local_kernel::{LocalKernel, LocalKernels};
 pub(crate) use reach::kernel_reach;
 pub use renderer::Scatter;

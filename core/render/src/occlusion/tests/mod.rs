@@ -2,6 +2,7 @@
 
 mod blur_map;
 mod range;
+mod small_lights;
 mod windows;
 
 use super::depth_layers::STEP_SHARE;

@@ -12,14 +12,12 @@ pub(super) struct LightDisc {
     width: usize,
     /// Light of each pixel, row-major.
     samples: Vec<f32>,
-    pub(super) vergence: f64,
 }
 
 impl LightDisc {
     /// Spreads the `lights` of pixels, column first, by a kernel.
     pub(super) fn new(
         plane: usize,
-        vergence: f64,
         lights: &[((usize, usize), f32)],
         kernel: &LocalKernel,
     ) -> Self {
@@ -50,7 +48,6 @@ impl LightDisc {
             top: rows.0 + kernel.top,
             width,
             samples,
-            vergence,
         }
     }
 
@@ -81,6 +78,13 @@ impl LightDisc {
         }
         let line = (row - self.top) as usize * self.width;
         self.samples[line + (column - self.left) as usize] != 0.0
+    }
+
+    /// Multiplies the light by `share`.
+    pub(super) fn dim(&mut self, share: f32) {
+        for sample in &mut self.samples {
+            *sample *= share;
+        }
     }
 
     pub(super) fn line_mut(&mut self, row: i32) -> Option<&mut [f32]> {

@@ -1,7 +1,6 @@
 //! The range of depth in each block of a plate.
 
 use super::super::disocclusion::LayeredPlate;
-use super::signed_blur::SignedBlur;
 use rayon::prelude::*;
 
 /// Side of the blocks whose range of depth is known, px.
@@ -11,10 +10,8 @@ const BLOCK_PX: usize = 16;
 pub(super) struct NearerSurfaces<'a> {
     /// Least layer coordinate.
     pub(super) from: f32,
-    pub(super) blur: &'a SignedBlur,
-    pub(super) own_radius_px: f64,
-    /// Reach of the light's kernel.
-    pub(super) reach_px: f64,
+    /// Distance from the light within which rays meet the surface at a layer coordinate, px.
+    pub(super) reach_px: &'a dyn Fn(f32) -> f64,
 }
 
 /// The nearest and the farthest surface of each block of a plate.
@@ -60,8 +57,8 @@ impl SurfaceBlocks {
         if self.nearest < nearer.from {
             return false;
         }
-        let ratio = |at: f32| (1.0 - nearer.blur.radius_px(at) / nearer.own_radius_px).abs();
-        let widest = ratio(self.nearest).max(ratio(nearer.from)).max(1.0) * nearer.reach_px;
+        let farthest = |at: f32| (nearer.reach_px)(at).max((nearer.reach_px)(nearer.from));
+        let widest = farthest(self.nearest);
         let blocks = |at: f64, count: usize| {
             let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
             block(at - widest)..block(at + widest) + 1
@@ -78,7 +75,7 @@ impl SurfaceBlocks {
                     (first - at).max(at - first - BLOCK_PX as f64).max(0.0)
                 };
                 let apart = distance(column, middle.0).max(distance(row, middle.1));
-                if apart <= ratio(high).max(ratio(nearer.from)) * nearer.reach_px {
+                if apart <= farthest(high) {
                     return true;
                 }
             }
@@ -86,13 +83,13 @@ impl SurfaceBlocks {
         false
     }
 
-    /// Returns which of the `layers` hold pixels within `reach_px` of a point.
+    /// Returns those of the `layers` that hold pixels within `reach_px` of a point.
     pub(super) fn layers_within(
         &self,
         middle: (f64, f64),
         reach_px: f64,
         layers: &[f32],
-    ) -> Vec<bool> {
+    ) -> impl Iterator<Item = f32> {
         let blocks = |at: f64, count: usize| {
             let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
             block(at - reach_px)..block(at + reach_px) + 1
@@ -106,6 +103,7 @@ impl SurfaceBlocks {
                 }
             }
         }
-        found
+        let pairs = layers.iter().zip(found);
+        pairs.filter_map(|(at, found)| found.then_some(*at))
     }
 }

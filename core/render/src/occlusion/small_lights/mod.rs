@@ -1,0 +1,309 @@
+//! Small bright lights, each blurred at its own depth, their discs cut where blurred edges hide a part of the aperture.
+//!
+//! A sample between two depth layers is blurred as a mixture of both, which even surfaces do not show. The disc of a small light
+//! would get two rims. So small lights are taken out of the plate, and their discs are added to the composite of the rest.
+//!
+//! The compositor dims a layer by the share of the aperture that nearer surfaces hide, the same for all of its light.
+//! That is right for even surfaces. A point light at P is seen at pixel x through one point of the aperture alone, which
+//! is hidden or is not. With r the signed radius of the blur, the ray through that point passes a nearer surface at the
+//! image position
+//!
+//!   q = P + (x - P) (1 - r(surface) / r(light)).
+//!
+//! The light is hidden where the plate shows that surface at q. What the plate itself hides behind its own pixels is
+//! not known: a surface behind another one cannot cut a light.
+
+mod light_cut;
+mod light_disc;
+mod nearby_range;
+mod shared_kernels;
+mod signed_blur;
+mod surface_blocks;
+
+pub(super) use light_cut::LightCut;
+pub(super) use signed_blur::SignedBlur;
+
+use super::depth_layers::DepthLayers;
+use super::disocclusion::LayeredPlate;
+use super::mixed_pixels::MixedPixels;
+use crate::gather::{HighlightBlock, find_highlights};
+use crate::{Plane, cancelled};
+use light_cut::DrawnCell;
+use light_disc::LightDisc;
+use nearby_range::NearbyRange;
+use rayon::prelude::*;
+use seidel_optics::error::Result;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use surface_blocks::{NearerSurfaces, SurfaceBlocks};
+
+/// Most highlights of a block of 32 x 32 px in each plane.
+const MAX_HIGHLIGHTS: usize = 256;
+
+/// Least distance between a light and a surface that cuts its disc, layers. Within it they may be one slanted surface.
+const LEAST_DISTANCE: f32 = 2.0;
+
+/// Least radius of a disc that is cut, px. A smaller one is dimmed evenly.
+const LEAST_RADIUS_PX: f64 = 1.5;
+
+/// Side of the cells whose lights share a kernel, px.
+const CELL_PX: usize = 4;
+
+/// The same along the depth, cells a layer.
+const CELLS_PER_LAYER: f32 = 2.0;
+
+/// Radius of a disc over the side of the groups of its lights that are cut together.
+const RADIUS_OF_GROUP: f64 = 8.0;
+
+/// Reach of a kernel over its size, the radius of an even disc: room for displacement and for shapes with tails.
+const KERNEL_REACH: f64 = 1.5;
+
+/// The lights of one cell at nearly one depth.
+#[derive(Default)]
+struct CellLights {
+    /// Whether nearer surfaces may cut their discs.
+    is_cut: bool,
+    /// Mean layer coordinate.
+    coordinate: f32,
+    /// Column and row of each light.
+    pixels: Vec<(usize, usize)>,
+    /// Light of each in every plane, pixel by pixel.
+    excess: Vec<f32>,
+}
+
+/// The small lights of a plate, taken out of it.
+pub(super) struct SmallLights<'a> {
+    /// The planes without these lights.
+    rest: Vec<Cow<'a, [f32]>>,
+    /// The cells of each block of 32 x 32 px.
+    blocks: Vec<Vec<CellLights>>,
+    surfaces: Surfaces,
+}
+
+/// The surfaces of a plate, by blocks and by pixels; none where no discs are cut.
+#[derive(Default)]
+struct Surfaces {
+    blocks: SurfaceBlocks,
+    nearby: NearbyRange,
+}
+
+impl<'a> SmallLights<'a> {
+    /// Finds the highlights of a plate, other than those whose blur is wider than the plate: they do not stand out once they are blurred,
+    /// and a kernel each would take more work than the plate.
+    pub(super) fn find(
+        input: &LayeredPlate<'a>,
+        mixed: &MixedPixels,
+        layers: &DepthLayers,
+        blur: &SignedBlur,
+    ) -> Self {
+        let count = input.planes.len();
+        let mut rest: Vec<Cow<[f32]>> = input
+            .planes
+            .iter()
+            .map(|plane| Cow::Borrowed(plane.samples))
+            .collect();
+        let highlights = find_highlights(input.planes, input.width, MAX_HIGHLIGHTS);
+        if highlights.is_empty() {
+            return Self {
+                rest,
+                blocks: Vec::new(),
+                surfaces: Surfaces::default(),
+            };
+        }
+        let surface_blocks = SurfaceBlocks::new(input);
+        let is_cut = |lights: &CellLights| {
+            let own_radius = blur.radius_px(lights.coordinate);
+            let kernel_reach = KERNEL_REACH * f64::from(layers.size(lights.coordinate));
+            let reach_px = |at: f32| {
+                let apart = (blur.radius_px(at) - own_radius).abs();
+                if own_radius.abs() < LEAST_RADIUS_PX {
+                    KERNEL_REACH * apart
+                } else {
+                    kernel_reach * apart / own_radius.abs()
+                }
+            };
+            let nearer = NearerSurfaces {
+                from: lights.coordinate + LEAST_DISTANCE,
+                reach_px: &reach_px,
+            };
+            surface_blocks.any_within(lights.middle(), &nearer)
+        };
+        let short_side = input.width.min(input.height) as f32;
+        let of_block = |block: &HighlightBlock| -> Vec<CellLights> {
+            let mut cells = cells(block, input, mixed);
+            cells.retain(|lights| layers.size(lights.coordinate) < 2.0 * short_side);
+            for lights in &mut cells {
+                lights.is_cut = is_cut(lights);
+            }
+            cells
+        };
+        let blocks: Vec<_> = highlights.iter().map(of_block).collect();
+        for lights in blocks.iter().flatten() {
+            for (&(column, row), excess) in lights.pixels.iter().zip(lights.excess.chunks(count)) {
+                for (plane, excess) in rest.iter_mut().zip(excess) {
+                    if *excess != 0.0 {
+                        let left = &mut plane.to_mut()[row * input.width + column];
+                        // Both parts of a mixed pixel may exceed it by rounding.
+                        *left = (*left - excess).max(left.min(0.0));
+                    }
+                }
+            }
+        }
+        let nearby = if blocks.iter().flatten().any(|lights| lights.is_cut) {
+            NearbyRange::new(input)
+        } else {
+            NearbyRange::default()
+        };
+        Self {
+            rest,
+            blocks,
+            surfaces: Surfaces {
+                blocks: surface_blocks,
+                nearby,
+            },
+        }
+    }
+
+    /// Returns the number of pixels that hold them.
+    pub(super) fn pixel_count(&self) -> usize {
+        let cells = self.blocks.iter().flatten();
+        cells.map(|lights| lights.pixels.len()).sum()
+    }
+
+    /// The planes without these lights.
+    pub(super) fn rest<'s>(&'s self, planes: &'s [Plane<'s>]) -> Vec<Plane<'s>> {
+        let rest = self.rest.iter().zip(planes);
+        rest.map(|(samples, plane)| Plane {
+            samples,
+            weights: plane.weights,
+        })
+        .collect()
+    }
+
+    /// Adds the blurred lights, cut by the surfaces in front of them, to `out`, the planes of the window of `cut`. `transmittance`
+    /// returns the share of light at a vergence and layer coordinate that passes sharp mattes at a pixel of the plate.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn at a light, and a cancelled render.
+    pub(super) fn add_to(
+        &self,
+        out: &mut [Vec<f32>],
+        cut: &LightCut,
+        transmittance: &(dyn Fn(f64, f32, usize) -> f32 + Sync),
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<()> {
+        /// Blocks whose kernels are kept at a time, and cells whose discs are: bounds of the memory taken.
+        const BLOCKS: usize = 64;
+        const CELLS: usize = 32;
+        for blocks in self.blocks.chunks(BLOCKS) {
+            let drawn: Vec<Vec<DrawnCell>> = blocks
+                .par_iter()
+                .map(|cells| cut.drawn_cells(cells))
+                .collect::<Result<_>>()?;
+            for wave in drawn.concat().chunks(CELLS) {
+                self.add_wave(wave, out, cut, transmittance);
+                if !progress(1.0) {
+                    return Err(cancelled());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the lights of some cells to `out` as [`Self::add_to`] does.
+    fn add_wave(
+        &self,
+        wave: &[DrawnCell],
+        out: &mut [Vec<f32>],
+        cut: &LightCut,
+        transmittance: &(dyn Fn(f64, f32, usize) -> f32 + Sync),
+    ) {
+        let discs: Vec<Vec<LightDisc>> = wave
+            .par_iter()
+            .map(|drawn| cut.discs(drawn, &self.surfaces))
+            .collect();
+        out.par_iter_mut().enumerate().for_each(|(plane, out)| {
+            for (drawn, discs) in wave.iter().zip(&discs) {
+                for disc in discs.iter().filter(|disc| disc.plane == plane) {
+                    disc.add(out, cut.scene, cut.window, |index| {
+                        transmittance(drawn.vergence, drawn.cell.coordinate, index)
+                    });
+                }
+            }
+        });
+    }
+}
+
+/// Returns the highlights of a block, cell by cell; the light of a mixed pixel at the depth of either side.
+fn cells(block: &HighlightBlock, input: &LayeredPlate, mixed: &MixedPixels) -> Vec<CellLights> {
+    let count = input.planes.len();
+    let mut cells: BTreeMap<(usize, usize, i32), CellLights> = BTreeMap::new();
+    let mut add = |(row, column): (usize, usize), coordinate: f32, excess: &[f32]| {
+        let depth = (CELLS_PER_LAYER * coordinate).round() as i32;
+        let cell = (row / CELL_PX, column / CELL_PX, depth);
+        let lights = cells.entry(cell).or_default();
+        lights.add((column, row), coordinate, excess);
+    };
+    for (pixel, excess) in block.pixels.iter().zip(block.excess.chunks(count)) {
+        let index = pixel.0 * input.width + pixel.1;
+        let coordinate = input.coordinates[index];
+        let Some(other) = mixed.other_side(input, index) else {
+            add(*pixel, coordinate, excess);
+            continue;
+        };
+        let parts = excess.iter().zip(&other.shares);
+        let (own, moved): (Vec<f32>, Vec<f32>) = parts
+            .map(|(light, share)| (light * (1.0 - share), light * share))
+            .unzip();
+        for (coordinate, part) in [(coordinate, own), (other.coordinate, moved)] {
+            if part.iter().any(|light| *light != 0.0) {
+                add(*pixel, coordinate, &part);
+            }
+        }
+    }
+    cells.into_values().collect()
+}
+
+impl CellLights {
+    fn add(&mut self, pixel: (usize, usize), coordinate: f32, excess: &[f32]) {
+        let before = self.pixels.len() as f32;
+        self.coordinate = (before * self.coordinate + coordinate) / (before + 1.0);
+        self.pixels.push(pixel);
+        self.excess.extend(excess);
+    }
+
+    /// Returns the middle of the lights, px from the outer corner of the plate.
+    fn middle(&self) -> (f64, f64) {
+        middle(self.pixels.iter().copied())
+    }
+
+    /// Returns the lights, each with its light in all `planes`, in groups that are cut together: of a side that is small
+    /// against the radius of their disc. Without cuts all are one group.
+    fn groups(&self, radius_px: f64, planes: usize) -> Vec<Vec<PixelLight<'_>>> {
+        let side = if self.is_cut {
+            ((radius_px / RADIUS_OF_GROUP).round() as usize).clamp(1, CELL_PX)
+        } else {
+            CELL_PX
+        };
+        let mut groups: BTreeMap<(usize, usize), Vec<PixelLight>> = BTreeMap::new();
+        for (&(column, row), light) in self.pixels.iter().zip(self.excess.chunks(planes)) {
+            let group = groups.entry((row / side, column / side)).or_default();
+            group.push(((column, row), light));
+        }
+        groups.into_values().collect()
+    }
+}
+
+/// A pixel, column first, and its light in all planes.
+type PixelLight<'a> = ((usize, usize), &'a [f32]);
+
+/// Returns the middle of pixels, px from the outer corner of the plate.
+fn middle(pixels: impl Iterator<Item = (usize, usize)>) -> (f64, f64) {
+    let (mut count, mut x, mut y) = (0.0, 0.0, 0.0);
+    for (column, row) in pixels {
+        count += 1.0;
+        x += column as f64 + 0.5;
+        y += row as f64 + 0.5;
+    }
+    (x / count, y / count)
+}
