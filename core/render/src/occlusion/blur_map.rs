@@ -61,7 +61,7 @@ impl BlurMap {
         let focus = focus_vergence(scene.lens);
         let reach = |bound: f64, pick: fn(f64, f64) -> f64| focus.map_or(bound, |v| pick(bound, v));
         let (lowest, highest) = (reach(lowest, f64::min), reach(highest, f64::max));
-        let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::ByBlur);
+        let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::BY_BLUR);
         let table = DiameterTable::new(scene, weights, &layers);
         let width = scene.width.max(1);
         let rows = |of: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {

@@ -24,31 +24,32 @@ const SHORTEST_STEP_SHARE: f64 = 1.0 / 4096.0;
 /// Factors of the step-size search: after a step that is too long, and for the first try of the next.
 const SHRINK: f64 = 0.85;
 const GROW: f64 = 1.6;
-/// Longest step with [`LayerSpacing::Fine`], as a share of the vergence, and the vergence below which it is constant.
+/// Longest step of a fine spacing, as a share of the vergence, and the vergence below which it is constant.
 const FINE_STEP_SHARE: f64 = 0.08;
 const FINE_LEAST_PER_M: f64 = 0.05;
 /// Vergence of the nearest layer, 1/m: anything nearer than 1 mm lies on it.
 const NEAREST_PER_M: f64 = 1024.0;
 
 /// The criterion for the distance between neighbouring layers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LayerSpacing {
-    /// The change of the blur alone.
-    ByBlur,
-    /// Half of that change. Removal inverts kernels, so errors of the kernels between two layers matter more than in a render.
-    ByHalfTheBlur,
-    /// The change of the blur, and 8 % of the vergence: separates near from far where both are equally sharp.
-    Fine,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LayerSpacing {
+    /// Factor on the largest change of kernels from one layer to the next.
+    pub(crate) share: f64,
+    /// Whether a step is at most 8 % of the vergence, too: separates near from far where both are equally sharp.
+    pub(crate) is_fine: bool,
 }
 
 impl LayerSpacing {
-    /// Returns the share of the largest step of kernels that this spacing allows.
-    fn step_share(self) -> f64 {
-        match self {
-            Self::ByBlur | Self::Fine => 1.0,
-            Self::ByHalfTheBlur => 0.5,
-        }
-    }
+    /// That of a render: the change of the blur alone.
+    pub(crate) const BY_BLUR: Self = Self {
+        share: 1.0,
+        is_fine: false,
+    };
+    /// That of a removal: it inverts kernels, so errors of the kernels between two layers matter more than in a render.
+    pub(crate) const BY_HALF_THE_BLUR: Self = Self {
+        share: 0.5,
+        is_fine: false,
+    };
 }
 
 /// The vergences of depth layers, from the farthest to the nearest, with the size of the blur at each.
@@ -92,17 +93,17 @@ impl DepthLayers {
         let mut step = LONGEST_STEP_PER_M;
         while low < end && low < NEAREST_PER_M {
             let longest = low.max(LONGEST_STEP_PER_M);
-            let longest = match spacing {
-                LayerSpacing::ByBlur | LayerSpacing::ByHalfTheBlur => longest,
-                LayerSpacing::Fine => longest.min(FINE_STEP_SHARE * low.max(FINE_LEAST_PER_M)),
+            let longest = if spacing.is_fine {
+                longest.min(FINE_STEP_SHARE * low.max(FINE_LEAST_PER_M))
+            } else {
+                longest
             };
             step = (GROW * step).min(longest);
             let (high, high_kernels) = loop {
                 let high = probes.at(sign * (low + step));
                 let middle = probes.at(sign * (low + step / 2.0));
                 let shortest = step <= SHORTEST_STEP_SHARE * longest;
-                let share = spacing.step_share();
-                if shortest || !middle.differ_too_much(&low_kernels, &high, share) {
+                if shortest || !middle.differ_too_much(&low_kernels, &high, spacing.share) {
                     break (low + step, high);
                 }
                 step *= SHRINK;

@@ -4,7 +4,8 @@
 //! each layer together with its *presence*, one at every pixel of the layer. The layers are composited from the nearest
 //! to the farthest (`composite`). Samples hidden behind near sides of depth edges are estimated (`disocclusion`,
 //! `cell_pyramid`). Anti-aliased edges of the depth pass are made sharp (`depth_edges`); those of the plate are split
-//! between both sides (`mixed_pixels`).
+//! between both sides (`mixed_pixels`). Small bright lights are taken out of the plate, blurred at their own depth and cut by what is
+//! nearer (`small_lights`).
 
 mod background;
 mod blur_map;
@@ -211,11 +212,10 @@ impl LayeredRenderer<'_> {
             (least, largest) = (least.min(low), largest.max(high));
         }
         // A holdout separates surfaces that may be equally blurred.
-        let spacing = match self.settings.holdout {
-            Some(Holdout {
-                vergence: Some(_), ..
-            }) => LayerSpacing::Fine,
-            _ => LayerSpacing::ByBlur,
+        let holdout = self.settings.holdout;
+        let spacing = LayerSpacing {
+            share: self.inner.layer_distance(),
+            is_fine: holdout.is_some_and(|holdout| holdout.vergence.is_some()),
         };
         let layers = DepthLayers::new(scene, least, largest, spacing);
         let coordinates: Vec<f32> = pass

@@ -78,7 +78,7 @@ impl<'a> DepthSplit<'a> {
         let ends = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
         let vergences = (0..pass.len()).flat_map(|k| [f64::from(pass[k]), behind(k)]);
         let (lowest, highest) = vergences.fold((f64::INFINITY, f64::NEG_INFINITY), ends);
-        let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::ByBlur);
+        let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::BY_BLUR);
         let nearness: Vec<f32> = (pass.par_iter())
             .map(|vergence| layers.coordinate(f64::from(*vergence)))
             .collect();

@@ -254,7 +254,7 @@ fn depth_layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<Dept
     let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
     let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
     let (lowest, highest) = (f64::from(lowest), f64::from(highest));
-    let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::ByHalfTheBlur);
+    let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::BY_HALF_THE_BLUR);
     let coordinates: Vec<f32> = pass
         .par_iter()
         .map(|vergence| layers.coordinate(f64::from(*vergence)))

@@ -358,8 +358,8 @@ fn renders_can_be_cancelled_and_invalid_mattes_are_refused() {
 fn layers_depend_on_the_lens_alone_and_are_close() {
     let flat = scene(&EVEN, VergencePass::Constant(0.0));
     let (short, long) = (
-        DepthLayers::new(&flat, 0.3, 0.6, LayerSpacing::ByBlur),
-        DepthLayers::new(&flat, -0.4, 3.0, LayerSpacing::ByBlur),
+        DepthLayers::new(&flat, 0.3, 0.6, LayerSpacing::BY_BLUR),
+        DepthLayers::new(&flat, -0.4, 3.0, LayerSpacing::BY_BLUR),
     );
     for vergence in [0.0, 0.31, 0.5, 0.577] {
         assert_eq!(short.coordinate(vergence), long.coordinate(vergence));
@@ -382,7 +382,7 @@ fn layers_depend_on_the_lens_alone_and_are_close() {
 #[test]
 fn layers_for_the_inversion_of_kernels_are_half_as_far_apart() {
     let flat = scene(&EVEN, VergencePass::Constant(0.0));
-    let layers = DepthLayers::new(&flat, 0.0, 3.0, LayerSpacing::ByHalfTheBlur);
+    let layers = DepthLayers::new(&flat, 0.0, 3.0, LayerSpacing::BY_HALF_THE_BLUR);
     for layer in 1..layers.len() {
         let ends = [layer - 1, layer].map(|k| 2.0 * 9.6 * (layers.vergence(k) - 0.5));
         let least = ends[0].abs().min(ends[1].abs());
