@@ -5,7 +5,7 @@ use seidel_optics::psf::PsfModel;
 /// The accuracy of the fast renderer, as PSNR against the exact one; tests check these figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Quality {
-    /// For preview: at least 45 dB. With depth, slices are twice as far apart.
+    /// For preview: at least 45 dB. With depth, slices are 1.5 times as far apart.
     Draft,
     /// For delivery: at least 60 dB; 75 dB where no blur has a standard deviation above 6 px; 50 dB for ray-traced
     /// models. A plate too small for how fast its blur changes is rendered exactly.
@@ -43,7 +43,7 @@ impl Quality {
                 min_ray_sigma: 2.0,
                 interpolation_error: [4e-2; 2],
                 overshoot: 3e-4,
-                layer_distance: 2.0,
+                layer_distance: 1.5,
             },
             Self::Final => Tolerance {
                 truncated_share: 3e-4,

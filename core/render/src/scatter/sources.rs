@@ -206,7 +206,7 @@ impl<'a> Sources<'a> {
 
 /// Cuts a row of one channel's sources into runs that share the kernel of their middle source.
 ///
-/// The kernels of a run are equal, or differ by less than can be seen ([`PsfModel::alike`]).
+/// The kernels of a run are equal, or differ by less than can be seen ([`PsfModel::can_share_kernel`]).
 pub(crate) fn runs<'a>(
     model: &'a dyn PsfModel,
     mut rest: &'a [(usize, Source)],

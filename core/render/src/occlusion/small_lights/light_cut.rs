@@ -80,8 +80,8 @@ impl LightCut<'_> {
             let of_plane = |(index, plane): (usize, &Plane<'c>)| {
                 let mut lights = cell.excess.iter().skip(index).step_by(self.planes.len());
                 let is_lit = lights.any(|light| *light != 0.0);
-                let mut kernel = || kernels.at(cell.middle(), vergence, plane.weights);
-                is_lit.then(|| kernel()).transpose()
+                let kernel = || kernels.at(cell.middle(), vergence, plane.weights);
+                is_lit.then(kernel).transpose()
             };
             let planes = self.planes.iter().enumerate();
             Ok(DrawnCell {
