@@ -37,8 +37,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use surface_blocks::{NearerSurfaces, SurfaceBlocks};
 
-/// Most highlights of a block of 32 x 32 px in each plane.
-const MAX_HIGHLIGHTS: usize = 256;
+/// Most highlights of a block of 32 x 32 px in each plane: nearly half of it, as they stand out from its median.
+const MAX_HIGHLIGHTS: usize = 500;
 
 /// Least distance between a light and a surface that cuts its disc, layers. Within it they may be one slanted surface.
 const LEAST_DISTANCE: f32 = 2.0;
