@@ -17,8 +17,18 @@ struct Card {
     metres: f32,
 }
 
-/// Returns a plate of `width` x `height` px: a patterned floor from 9 m at the top to 1.6 m, some leaves at many depths, and a card.
-fn plate([width, height]: [usize; 2], leaves: usize, card: &Card) -> Plate {
+/// Returns a plate without lights, see [`plate_with_lights`].
+fn plate(size: [usize; 2], leaves: usize, card: &Card) -> Plate {
+    plate_with_lights(size, leaves, card, &[])
+}
+
+/// Returns a plate of `width` x `height` px: `lights` of 200 at columns and rows, a patterned floor from 9 m at the top to 1.6 m, some leaves at many depths, and a card.
+fn plate_with_lights(
+    [width, height]: [usize; 2],
+    leaves: usize,
+    card: &Card,
+    lights: &[[usize; 2]],
+) -> Plate {
     let mut state = 5_u32;
     let mut noise = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -51,6 +61,9 @@ fn plate([width, height]: [usize; 2], leaves: usize, card: &Card) -> Plate {
             *sample = tone * (1.0 - 0.2 * channel as f32);
         }
     }
+    for [column, row] in lights {
+        samples[3 * (row * width + column)..][..3].fill(200.0);
+    }
     let image = Image::from_interleaved(width, height, 3, &samples).expect("an image");
     Plate::new(image).with_depth(Depth::Pass(DepthPass::metres(depth)))
 }
@@ -82,7 +95,12 @@ fn a_window_of_a_plate_in_depth_is_a_part_of_the_whole() {
     };
     let settings = focused_at(2.0, Quality::Final);
     let session = LensSession::new(&lens(), &settings).expect("a session");
-    let plate = Arc::new(session).prepare(plate(SIZE, LEAVES, &card));
+    // Neighbours share kernels, and some windows cut through them.
+    let lights: Vec<[usize; 2]> = (0..1000)
+        .map(|k| [5 + 9 * (k % 50), 6 + 13 * (k / 50)])
+        .collect();
+    let plate = plate_with_lights(SIZE, LEAVES, &card, &lights);
+    let plate = Arc::new(session).prepare(plate);
     let plate = plate.expect("a sound plate");
     let whole = plate.apply(&no_progress).expect("a render");
     for [column, row, width, height] in [[0, 0, 120, 68], [200, 150, 90, 60], [470, 0, 10, 270]] {

@@ -68,14 +68,17 @@ impl LightCut<'_> {
         })
     }
 
-    /// Draws the kernels of the cells of a block whose light gets to the window.
+    /// Draws the kernels of all cells of a block; of none if no light of it gets to the window. Cells share kernels, so those of a part
+    /// of a block would differ from those of the whole.
     ///
     /// # Errors
     /// A lens that cannot be drawn there.
     pub(super) fn drawn_cells<'c>(&'c self, cells: &'c [CellLights]) -> Result<Vec<DrawnCell<'c>>> {
+        if !cells.iter().any(|cell| self.is_seen(cell)) {
+            return Ok(Vec::new());
+        }
         let mut kernels = SharedKernels::new(self.scene);
-        let seen = cells.iter().filter(|cell| self.is_seen(cell));
-        seen.map(|cell| {
+        let drawn = cells.iter().map(|cell| {
             let vergence = self.vergence(cell.coordinate);
             let of_plane = |(index, plane): (usize, &Plane<'c>)| {
                 let mut lights = cell.excess.iter().skip(index).step_by(self.planes.len());
@@ -89,8 +92,8 @@ impl LightCut<'_> {
                 vergence,
                 kernels: planes.map(of_plane).collect::<Result<_>>()?,
             })
-        })
-        .collect()
+        });
+        drawn.collect()
     }
 
     /// Returns the vergence at a layer coordinate, 1/m.
