@@ -79,11 +79,6 @@ pub trait Renderer: Sync {
     /// Every PSF is non-negative and sums to one, so that this is an error of the renderer.
     fn overshoot(&self) -> f32;
 
-    /// Distance between the depth layers of a plate that this renderer blurs, over that of the final quality.
-    fn layer_distance(&self) -> f64 {
-        1.0
-    }
-
     /// Renders the pixels of `window` from all light of the plate.
     ///
     /// The planes come back in the order given, row-major and as large as the window. They equal the same part of

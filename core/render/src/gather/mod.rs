@@ -87,10 +87,6 @@ impl Renderer for Gather<'_> {
         self.quality.tolerance().overshoot
     }
 
-    fn layer_distance(&self) -> f64 {
-        self.quality.tolerance().layer_distance
-    }
-
     fn render_window(
         &self,
         scene: &Scene,

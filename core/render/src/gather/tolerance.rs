@@ -5,8 +5,7 @@ use seidel_optics::psf::PsfModel;
 /// The accuracy of the fast renderer, as PSNR against the exact one; tests check these figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Quality {
-    /// For preview: at least 45 dB at one distance. With depth, slices are 1.5 times as far apart, and scenes with lights have about 40 dB
-    /// against [`Self::Final`] for samples limited to white.
+    /// For preview: at least 45 dB.
     Draft,
     /// For delivery: at least 60 dB; 75 dB where no blur has a standard deviation above 6 px; 50 dB for ray-traced
     /// models. A plate too small for how fast its blur changes is rendered exactly.
@@ -30,8 +29,6 @@ pub(super) struct Tolerance {
     pub(super) interpolation_error: [f64; 2],
     /// Largest negative lobe of the low-pass filters of coarse levels around a bright light, as a share of the light.
     pub(super) overshoot: f32,
-    /// Distance between depth layers over that of the final quality.
-    pub(super) layer_distance: f64,
 }
 
 impl Quality {
@@ -44,7 +41,6 @@ impl Quality {
                 min_ray_sigma: 2.0,
                 interpolation_error: [4e-2; 2],
                 overshoot: 3e-4,
-                layer_distance: 1.5,
             },
             Self::Final => Tolerance {
                 truncated_share: 3e-4,
@@ -52,7 +48,6 @@ impl Quality {
                 min_ray_sigma: 4.0,
                 interpolation_error: [4.5e-3, 3.5e-2],
                 overshoot: 3e-5,
-                layer_distance: 1.0,
             },
         }
     }

@@ -214,8 +214,8 @@ impl LayeredRenderer<'_> {
         // A holdout separates surfaces that may be equally blurred.
         let holdout = self.settings.holdout;
         let spacing = LayerSpacing {
-            share: self.inner.layer_distance(),
             is_fine: holdout.is_some_and(|holdout| holdout.vergence.is_some()),
+            ..LayerSpacing::BY_BLUR
         };
         let layers = DepthLayers::new(scene, least, largest, spacing);
         let coordinates: Vec<f32> = pass
