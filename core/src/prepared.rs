@@ -408,6 +408,7 @@ impl PreparedPlate {
                     blur_inside: occlusion.blur_inside,
                     holdout,
                     background,
+                    light_planes: Some(self.colour_count()),
                 });
                 let edges = self.edges();
                 let clamped = (self.own).map(|own| ClampedLens::new(&optics.scene, own));

@@ -183,15 +183,18 @@ impl FrameWork for Job<'_> {
             mut loaded,
             residual,
         } = frame;
-        let mut plate = loaded.plate.clone();
         let mut warnings = std::mem::take(&mut loaded.warnings);
+        // The plate is copied once the memory of the render is free again.
+        let mut plate;
         if let Some(choice) = self.args.show {
             let shown = show::draw(choice, &loaded)?;
             if index == 0 {
                 warnings.extend(shown.legend);
             }
+            plate = loaded.plate.clone();
             loaded.put_planes(&mut plate, shown.planes)?;
         } else if loaded.is_neutral() {
+            plate = loaded.plate.clone();
             loaded.put_unchanged(&mut plate)?;
             if self.args.verbose {
                 warnings.push("not rendered: at --amount 0 the plate stays as it is".into());
@@ -206,6 +209,7 @@ impl FrameWork for Job<'_> {
                     .map_err(|e| loaded.in_file(e))?;
             }
             let window = loaded.trimmed_window(&blurred);
+            plate = loaded.plate.clone();
             loaded.put_planes(&mut plate, blurred)?;
             if let Some(window) = window {
                 plate.set_data_window(window);

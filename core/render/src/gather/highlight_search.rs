@@ -8,12 +8,19 @@ use std::ops::Range;
 /// Side of the blocks in which highlights are searched, px.
 const BLOCK: usize = 32;
 
-/// Least ratio of a block's brightest pixel to the mean of the block and of the plane for the block to be searched,
-/// and of a highlight to the median of its block.
-const CONTRAST: f32 = 16.0;
+/// Least ratio of a block's brightest pixel to the mean of the block and of the plane for the block to be searched.
+const PEAK_TO_MEAN: f32 = 16.0;
 
-/// Least ratio of a block's brightest pixel to its threshold. Weaker highlights are not worth a kernel per pixel.
-const WORTHWHILE: f32 = 4.0;
+/// What counts as a highlight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HighlightCriterion {
+    /// Most highlights of a block in each plane.
+    pub(crate) most: usize,
+    /// Least ratio of a highlight to the median of its block.
+    pub(crate) contrast: f32,
+    /// Least ratio of a block's brightest pixel to its threshold. Weaker highlights are not worth a kernel per pixel.
+    pub(crate) worthwhile: f32,
+}
 
 /// The highlights of one block.
 pub(crate) struct HighlightBlock {
@@ -23,8 +30,12 @@ pub(crate) struct HighlightBlock {
     pub(crate) excess: Vec<f32>,
 }
 
-/// Returns the highlights of planes that are `width` pixels wide; blocks have at most `most` in each plane.
-pub(crate) fn find_highlights(planes: &[Plane], width: usize, most: usize) -> Vec<HighlightBlock> {
+/// Returns the highlights of planes that are `width` pixels wide.
+pub(crate) fn find_highlights(
+    planes: &[Plane],
+    width: usize,
+    criterion: &HighlightCriterion,
+) -> Vec<HighlightBlock> {
     let height = planes
         .first()
         .map_or(0, |plane| plane.samples.len() / width);
@@ -45,7 +56,7 @@ pub(crate) fn find_highlights(planes: &[Plane], width: usize, most: usize) -> Ve
     (&bands, &summaries)
         .into_par_iter()
         .flat_map_iter(|(rows, summaries)| {
-            highlights_of_band(planes, width, rows, summaries, &means, most)
+            highlights_of_band(planes, width, rows, summaries, &means, criterion)
         })
         .collect()
 }
@@ -129,7 +140,7 @@ impl BandSummary {
 }
 
 fn stands_out(max: f32, mean: f64) -> bool {
-    f64::from(max) > f64::from(CONTRAST) * mean
+    f64::from(max) > f64::from(PEAK_TO_MEAN) * mean
 }
 
 /// Returns the mean absolute value of a plane over blocks that are not black.
@@ -168,7 +179,7 @@ fn highlights_of_band(
     rows: &Range<usize>,
     summaries: &[BandSummary],
     means: &[f64],
-    most: usize,
+    criterion: &HighlightCriterion,
 ) -> Vec<HighlightBlock> {
     // One threshold per plane for blocks with highlights.
     let mut thresholds: BTreeMap<usize, Vec<Threshold>> = BTreeMap::new();
@@ -182,7 +193,7 @@ fn highlights_of_band(
             for row in rows.clone() {
                 values.extend(&plane.samples[row * width..][columns_of(block, width)]);
             }
-            if let Some(threshold) = threshold(&mut values, max, most) {
+            if let Some(threshold) = threshold(&mut values, max, criterion) {
                 let none = || vec![Threshold::NONE; planes.len()];
                 thresholds.entry(block).or_insert_with(none)[index] = threshold;
             }
@@ -197,16 +208,16 @@ fn highlights_of_band(
         .collect()
 }
 
-/// Returns the threshold of a block with these `values`, `max` the largest, for at most `most` highlights; `None` if it has none.
-fn threshold(values: &mut [f32], max: f32, most: usize) -> Option<Threshold> {
-    let last = most.min(values.len().checked_sub(1)?);
+/// Returns the threshold of a block with these `values`, `max` the largest; `None` if it has no highlights.
+fn threshold(values: &mut [f32], max: f32, criterion: &HighlightCriterion) -> Option<Threshold> {
+    let last = criterion.most.min(values.len().checked_sub(1)?);
     let (_, next, _) = values.select_nth_unstable_by(last, |a, b| b.total_cmp(a));
     let remainder = next.max(0.0);
     values.iter_mut().for_each(|v| *v = v.abs());
     let (_, median, _) = values.select_nth_unstable_by(values.len() / 2, f32::total_cmp);
-    let above = remainder.max(CONTRAST * *median);
+    let above = remainder.max(criterion.contrast * *median);
     // The division keeps the largest finite values finite.
-    (max / WORTHWHILE > above).then_some(Threshold { above, remainder })
+    (max / criterion.worthwhile > above).then_some(Threshold { above, remainder })
 }
 
 impl HighlightBlock {

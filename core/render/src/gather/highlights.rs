@@ -4,7 +4,7 @@
 //! visible around it. Pixels that stand out by far are subtracted from the plate and scattered with a kernel each.
 
 use super::edges::add_folded;
-use super::highlight_search::{HighlightBlock, find_highlights};
+use super::highlight_search::{HighlightBlock, HighlightCriterion, find_highlights};
 use super::image::{Image, Rect, Size};
 use super::lens_probe::LensProbe;
 use crate::scatter::Source;
@@ -15,8 +15,12 @@ use seidel_optics::psf::KernelRows;
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Largest number of highlight pixels of a block in each plane; larger areas are left to the fast renderer.
-pub(super) const MAX_PIXELS: usize = 16;
+/// Larger areas are left to the fast renderer.
+const CRITERION: HighlightCriterion = HighlightCriterion {
+    most: 16,
+    contrast: 16.0,
+    worthwhile: 4.0,
+};
 
 /// Blocks scattered before they are added to the plate; bounds the memory taken.
 const WAVE: usize = 64;
@@ -29,9 +33,9 @@ pub(super) struct HighlightSplit<'a> {
 }
 
 impl<'a> HighlightSplit<'a> {
-    /// Splits planes that are `width` pixels wide; blocks have at most `most` highlights in each plane.
-    pub(super) fn new(planes: &[Plane<'a>], width: usize, most: usize) -> Self {
-        let blocks = find_highlights(planes, width, most);
+    /// Splits planes that are `width` pixels wide.
+    pub(super) fn new(planes: &[Plane<'a>], width: usize) -> Self {
+        let blocks = find_highlights(planes, width, &CRITERION);
         Self::with_blocks(planes, width, blocks)
     }
 
@@ -230,7 +234,7 @@ mod tests {
 
     fn split(samples: &[f32]) -> HighlightSplit<'_> {
         let weights = &[1.0];
-        HighlightSplit::new(&[Plane { samples, weights }], WIDTH, MAX_PIXELS)
+        HighlightSplit::new(&[Plane { samples, weights }], WIDTH)
     }
 
     /// Uneven light from 0.1 to 0.3.
@@ -300,7 +304,7 @@ mod tests {
             samples,
             weights: &[1.0],
         });
-        let split = HighlightSplit::new(&planes, WIDTH, MAX_PIXELS);
+        let split = HighlightSplit::new(&planes, WIDTH);
         assert_eq!(split.pixel_count(), 1);
         assert_eq!(split.blocks[0].excess[0], 0.0);
         assert!(matches!(split.rest[0], Cow::Borrowed(_)));

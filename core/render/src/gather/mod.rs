@@ -36,7 +36,7 @@ mod tile_grid;
 mod tolerance;
 mod window;
 
-pub(crate) use highlight_search::{HighlightBlock, find_highlights};
+pub(crate) use highlight_search::{HighlightBlock, HighlightCriterion, find_highlights};
 pub use kernel_store::KernelStore;
 pub use layer_context::LayerContext;
 pub use operator::Operator;
@@ -49,7 +49,7 @@ use crate::{
 };
 use edges::fold_early;
 use gather_pass::GatherPass;
-use highlights::{HighlightSplit, MAX_PIXELS};
+use highlights::HighlightSplit;
 use image::{Size, View};
 use lens_probe::{LensProbe, TileSides};
 use plan::{Level, LitBlocks, PlanInputs, plan};
@@ -107,7 +107,7 @@ impl Renderer for Gather<'_> {
             let split = if job.lens.is_wider_than(job.size()) {
                 HighlightSplit::none(planes)
             } else {
-                HighlightSplit::new(planes, scene.width, MAX_PIXELS)
+                HighlightSplit::new(planes, scene.width)
             };
             let views = job.views(&split);
             let lit = LitBlocks::new(&views);

@@ -65,6 +65,8 @@ pub struct Occlusion<'a> {
     pub holdout: Option<Holdout<'a>>,
     /// The background: shown where the foreground is taken away. It replaces the fill of uncovered areas.
     pub background: Option<Background<'a>>,
+    /// Number of planes that hold light. Those after them hold coverage, in which a bright pixel is no light; `None` if all hold light.
+    pub light_planes: Option<usize>,
 }
 
 impl Default for Occlusion<'_> {
@@ -74,6 +76,7 @@ impl Default for Occlusion<'_> {
             blur_inside: true,
             holdout: None,
             background: None,
+            light_planes: None,
         }
     }
 }
@@ -218,11 +221,13 @@ impl LayeredRenderer<'_> {
             ..LayerSpacing::BY_BLUR
         };
         let layers = DepthLayers::new(scene, least, largest, spacing);
-        let coordinates: Vec<f32> = pass
-            .par_iter()
-            .map(|v| layers.coordinate(f64::from(*v)))
-            .collect();
-        let coordinates = depth_edges::snapped(&coordinates, scene.width, scene.height);
+        let coordinates = {
+            let of_pass: Vec<f32> = pass
+                .par_iter()
+                .map(|v| layers.coordinate(f64::from(*v)))
+                .collect();
+            depth_edges::snapped(&of_pass, scene.width, scene.height)
+        };
         let whole = LayeredPlate {
             width: scene.width,
             height: scene.height,
@@ -232,7 +237,9 @@ impl LayeredRenderer<'_> {
         };
         let blur = SignedBlur::new(scene, &layers);
         let mixed_pixels = MixedPixels::new(&whole);
-        let small_lights = SmallLights::find(&whole, &mixed_pixels, &layers, &blur);
+        let light_planes = self.settings.light_planes.unwrap_or(planes.len());
+        let light_planes = light_planes.min(planes.len());
+        let small_lights = SmallLights::find(&whole, light_planes, &mixed_pixels, &layers, &blur);
         let rest = small_lights.rest(planes);
         let planes = rest.as_slice();
         let input = LayeredPlate { planes, ..whole };
@@ -328,12 +335,17 @@ impl LayeredRenderer<'_> {
             layers: &layers,
             blur: &blur,
             coordinates: &coordinates,
-            planes,
+            planes: &planes[..light_planes],
         };
         let transmittance = |vergence: f64, coordinate: f32, index: usize| {
             mattes.transmittance(vergence, coordinate, index)
         };
-        small_lights.add_to(&mut rendered, &cut, &transmittance, progress)?;
+        small_lights.add_to(
+            &mut rendered[..light_planes],
+            &cut,
+            &transmittance,
+            progress,
+        )?;
         Ok(Rendered {
             planes: rendered,
             statistics,

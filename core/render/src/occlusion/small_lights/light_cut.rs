@@ -5,6 +5,7 @@ use super::super::layer_samples::share;
 use super::light_disc::LightDisc;
 use super::shared_kernels::SharedKernels;
 use super::signed_blur::SignedBlur;
+use super::surface_blocks::SurfaceBlocks;
 use super::{CELL_PX, CellLights, LEAST_DISTANCE, LEAST_RADIUS_PX, NearbyRange, Surfaces, middle};
 use crate::scatter::kernel_reach;
 use crate::{LocalKernel, Plane, RenderWindow, Scene};
@@ -32,7 +33,7 @@ pub(in super::super) struct LightCut<'a> {
     pub(in super::super) blur: &'a SignedBlur,
     /// Layer coordinate of every pixel.
     pub(in super::super) coordinates: &'a [f32],
-    /// Channel weights of each plane.
+    /// The planes that hold light, for their channel weights.
     pub(in super::super) planes: &'a [Plane<'a>],
 }
 
@@ -147,13 +148,6 @@ impl LightCut<'_> {
         let reach = widest.fold(1.0, f64::max) * reach;
         let nearer = surfaces.blocks.layers_within(at, reach, &nearer);
         let nearer: Vec<(f32, f64)> = nearer.map(|at| (at, ratio(at))).collect();
-        let passing = |column: i32, row: i32| {
-            let (dx, dy) = (f64::from(column) + 0.5 - x, f64::from(row) + 0.5 - y);
-            let hidden = nearer.iter().map(|(at, ratio)| {
-                self.presence(&surfaces.nearby, (x + ratio * dx, y + ratio * dy), *at)
-            });
-            (1.0 - hidden.sum::<f32>()).max(0.0)
-        };
         // The discs of all planes nearly cover each other.
         let bounds = |of: fn(&LightDisc) -> (i32, i32)| {
             let ends = discs.iter().map(of);
@@ -163,18 +157,35 @@ impl LightCut<'_> {
         };
         let columns = bounds(LightDisc::columns);
         let rows = bounds(LightDisc::rows);
+        let mut lit: Vec<usize> = Vec::new();
+        let mut hidden = vec![0.0_f32; (columns.1 - columns.0) as usize];
         for row in rows.0..rows.1 {
-            let known: Vec<f32> = (columns.0..columns.1)
-                .map(|column| {
-                    let is_lit = discs.iter().any(|disc| disc.is_lit(column, row));
-                    if is_lit { passing(column, row) } else { 0.0 }
-                })
-                .collect();
+            lit.clear();
+            let all = (0..).zip(columns.0..columns.1);
+            lit.extend(
+                all.filter(|(_, column)| discs.iter().any(|disc| disc.is_lit(*column, row)))
+                    .map(|(index, _)| index),
+            );
+            let (Some(first), Some(last)) = (lit.first(), lit.last()) else {
+                continue;
+            };
+            hidden.fill(0.0);
+            let dy = f64::from(row) + 0.5 - y;
+            let dx = |index: usize| f64::from(columns.0 + index as i32) + 0.5 - x;
+            for (layer, ratio) in &nearer {
+                let column = |index: usize| x + ratio * dx(index);
+                let line = self.surface_row(y + ratio * dy, *layer);
+                if line.may_hold(surfaces.blocks, [column(*first), column(*last)]) {
+                    for index in &lit {
+                        hidden[*index] += line.presence(&surfaces.nearby, column(*index));
+                    }
+                }
+            }
             for disc in &mut *discs {
                 let offset = (disc.left - columns.0) as usize;
                 if let Some(line) = disc.line_mut(row) {
-                    for (sample, passing) in line.iter_mut().zip(&known[offset..]) {
-                        *sample *= passing;
+                    for (sample, hidden) in line.iter_mut().zip(&hidden[offset..]) {
+                        *sample *= (1.0 - hidden).max(0.0);
                     }
                 }
             }
@@ -195,7 +206,8 @@ impl LightCut<'_> {
             let [x, y] = sunflower_point(point, APERTURE_POINTS);
             let hidden = nearer.iter().map(|(layer, radius)| {
                 let q = (at.0 - radius * x, at.1 - radius * y);
-                self.presence(&surfaces.nearby, q, *layer)
+                self.surface_row(q.1, *layer)
+                    .presence(&surfaces.nearby, q.0)
             });
             (1.0 - hidden.sum::<f32>()).max(0.0)
         };
@@ -210,23 +222,58 @@ impl LightCut<'_> {
             .collect()
     }
 
-    /// Returns the presence of the plate's surface in the layer at coordinate `layer`, at a point. Pixels are interpolated with
-    /// quadratic B-splines, so that the stairs of a depth pass do not show.
-    fn presence(&self, nearby: &NearbyRange, at: (f64, f64), layer: f32) -> f32 {
-        let (x, y) = at;
+    /// Returns the plate's surface in the layer at coordinate `layer`, along a line of constant `y`.
+    fn surface_row(&self, y: f64, layer: f32) -> SurfaceRow<'_> {
         let Scene { width, height, .. } = *self.scene;
-        let (column, row) = (pixel_holding(x), pixel_holding(y));
-        let inside = |at: i64, size: usize| at.clamp(0, size as i64 - 1) as usize;
-        if !nearby.may_hold(inside(row, height) * width + inside(column, width), layer) {
+        let row = pixel_holding(y);
+        let line = |row: i64| row.clamp(0, height as i64 - 1) as usize * width;
+        SurfaceRow {
+            layer,
+            row,
+            first: line(row),
+            lines: [-1, 0, 1].map(|dy| &self.coordinates[line(row + dy)..][..width]),
+            weights: spline_weights(y, row),
+        }
+    }
+}
+
+/// The surface of a plate in one layer, along a line of constant y. Pixels are interpolated with quadratic B-splines, so that the
+/// stairs of a depth pass do not show.
+struct SurfaceRow<'a> {
+    /// Coordinate of the layer.
+    layer: f32,
+    /// The row of pixels that holds the line; may be outside the plate.
+    row: i64,
+    /// Index of the first pixel of that row, or of the nearest one on the plate.
+    first: usize,
+    /// Layer coordinates of the pixels of the three rows about the line, and the weights of the rows.
+    lines: [&'a [f32]; 3],
+    weights: [f32; 3],
+}
+
+impl SurfaceRow<'_> {
+    /// Returns whether the layer may hold a pixel that presence at the positions from one of the `ends` to the other depends on.
+    fn may_hold(&self, blocks: &SurfaceBlocks, ends: [f64; 2]) -> bool {
+        let [left, right] = [ends[0].min(ends[1]), ends[0].max(ends[1])].map(pixel_holding);
+        blocks.may_hold(
+            [left - 1, right + 1],
+            [self.row - 1, self.row + 1],
+            self.layer,
+        )
+    }
+
+    /// Returns the presence of the surface at position `x`.
+    fn presence(&self, nearby: &NearbyRange, x: f64) -> f32 {
+        let width = self.lines[0].len();
+        let column = pixel_holding(x);
+        let inside = |column: i64| column.clamp(0, width as i64 - 1) as usize;
+        if !nearby.may_hold(self.first + inside(column), self.layer) {
             return 0.0;
         }
-        let (columns, rows) = (spline_weights(x, column), spline_weights(y, row));
         let mut sum = 0.0;
-        for (dy, wy) in (-1..).zip(rows) {
-            let line = inside(row + dy, height) * width;
-            for (dx, wx) in (-1..).zip(columns) {
-                let own = self.coordinates[line + inside(column + dx, width)];
-                sum += wx * wy * share(own, layer);
+        for (line, wy) in self.lines.iter().zip(self.weights) {
+            for (dx, wx) in (-1..).zip(spline_weights(x, column)) {
+                sum += wx * wy * share(line[inside(column + dx)], self.layer);
             }
         }
         sum

@@ -26,7 +26,7 @@ pub(super) use signed_blur::SignedBlur;
 use super::depth_layers::DepthLayers;
 use super::disocclusion::LayeredPlate;
 use super::mixed_pixels::MixedPixels;
-use crate::gather::{HighlightBlock, find_highlights};
+use crate::gather::{HighlightBlock, HighlightCriterion, find_highlights};
 use crate::{Plane, cancelled};
 use light_cut::DrawnCell;
 use light_disc::LightDisc;
@@ -37,8 +37,13 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use surface_blocks::{NearerSurfaces, SurfaceBlocks};
 
-/// Most highlights of a block of 32 x 32 px in each plane: nearly half of it, as they stand out from its median.
-const MAX_HIGHLIGHTS: usize = 500;
+/// Up to nearly half of a block, as highlights stand out from its median. Weaker ones than on a flat plate are worth a kernel each:
+/// between two slices their discs have two rims.
+const CRITERION: HighlightCriterion = HighlightCriterion {
+    most: 500,
+    contrast: 8.0,
+    worthwhile: 2.0,
+};
 
 /// Least distance between a light and a surface that cuts its disc, layers. Within it they may be one slanted surface.
 const LEAST_DISTANCE: f32 = 2.0;
@@ -67,7 +72,7 @@ struct CellLights {
     coordinate: f32,
     /// Column and row of each light.
     pixels: Vec<(usize, usize)>,
-    /// Light of each in every plane, pixel by pixel.
+    /// Light of each in every plane that holds light, pixel by pixel.
     excess: Vec<f32>,
 }
 
@@ -77,39 +82,40 @@ pub(super) struct SmallLights<'a> {
     rest: Vec<Cow<'a, [f32]>>,
     /// The cells of each block of 32 x 32 px.
     blocks: Vec<Vec<CellLights>>,
-    surfaces: Surfaces,
+    surface_blocks: SurfaceBlocks,
 }
 
-/// The surfaces of a plate, by blocks and by pixels; none where no discs are cut.
-#[derive(Default)]
-struct Surfaces {
-    blocks: SurfaceBlocks,
+/// The surfaces of a plate, by blocks and by pixels.
+struct Surfaces<'a> {
+    blocks: &'a SurfaceBlocks,
+    /// Empty where no discs are cut.
     nearby: NearbyRange,
 }
 
 impl<'a> SmallLights<'a> {
     /// Finds the highlights of a plate, other than those whose blur is wider than the plate: they do not stand out once they are blurred,
-    /// and a kernel each would take more work than the plate.
+    /// and a kernel each would take more work than the plate. Only the first `count` planes hold light.
     pub(super) fn find(
         input: &LayeredPlate<'a>,
+        count: usize,
         mixed: &MixedPixels,
         layers: &DepthLayers,
         blur: &SignedBlur,
     ) -> Self {
-        let count = input.planes.len();
         let mut rest: Vec<Cow<[f32]>> = input
             .planes
             .iter()
             .map(|plane| Cow::Borrowed(plane.samples))
             .collect();
-        let highlights = find_highlights(input.planes, input.width, MAX_HIGHLIGHTS);
+        let highlights = find_highlights(&input.planes[..count], input.width, &CRITERION);
         if highlights.is_empty() {
             return Self {
                 rest,
                 blocks: Vec::new(),
-                surfaces: Surfaces::default(),
+                surface_blocks: SurfaceBlocks::default(),
             };
         }
+        let least_light = least_light(input.planes, count);
         let surface_blocks = SurfaceBlocks::new(input);
         let is_cut = |lights: &CellLights| {
             let own_radius = blur.radius_px(lights.coordinate);
@@ -130,7 +136,7 @@ impl<'a> SmallLights<'a> {
         };
         let short_side = input.width.min(input.height) as f32;
         let of_block = |block: &HighlightBlock| -> Vec<CellLights> {
-            let mut cells = cells(block, input, mixed);
+            let mut cells = cells(block, &least_light, input, mixed);
             cells.retain(|lights| layers.size(lights.coordinate) < 2.0 * short_side);
             for lights in &mut cells {
                 lights.is_cut = is_cut(lights);
@@ -149,18 +155,10 @@ impl<'a> SmallLights<'a> {
                 }
             }
         }
-        let nearby = if blocks.iter().flatten().any(|lights| lights.is_cut) {
-            NearbyRange::new(input)
-        } else {
-            NearbyRange::default()
-        };
         Self {
             rest,
             blocks,
-            surfaces: Surfaces {
-                blocks: surface_blocks,
-                nearby,
-            },
+            surface_blocks,
         }
     }
 
@@ -195,13 +193,19 @@ impl<'a> SmallLights<'a> {
         /// Blocks whose kernels are kept at a time, and cells whose discs are: bounds of the memory taken.
         const BLOCKS: usize = 64;
         const CELLS: usize = 32;
+        let is_any_cut = self.blocks.iter().flatten().any(|lights| lights.is_cut);
+        let nearby = is_any_cut.then(|| NearbyRange::new(cut.coordinates, cut.scene.width));
+        let surfaces = Surfaces {
+            blocks: &self.surface_blocks,
+            nearby: nearby.unwrap_or_default(),
+        };
         for blocks in self.blocks.chunks(BLOCKS) {
             let drawn: Vec<Vec<DrawnCell>> = blocks
                 .par_iter()
                 .map(|cells| cut.drawn_cells(cells))
                 .collect::<Result<_>>()?;
             for wave in drawn.concat().chunks(CELLS) {
-                self.add_wave(wave, out, cut, transmittance);
+                add_wave(wave, out, cut, &surfaces, transmittance);
                 if !progress(1.0) {
                     return Err(cancelled());
                 }
@@ -209,34 +213,67 @@ impl<'a> SmallLights<'a> {
         }
         Ok(())
     }
-
-    /// Adds the lights of some cells to `out` as [`Self::add_to`] does.
-    fn add_wave(
-        &self,
-        wave: &[DrawnCell],
-        out: &mut [Vec<f32>],
-        cut: &LightCut,
-        transmittance: &(dyn Fn(f64, f32, usize) -> f32 + Sync),
-    ) {
-        let discs: Vec<Vec<LightDisc>> = wave
-            .par_iter()
-            .map(|drawn| cut.discs(drawn, &self.surfaces))
-            .collect();
-        out.par_iter_mut().enumerate().for_each(|(plane, out)| {
-            for (drawn, discs) in wave.iter().zip(&discs) {
-                for disc in discs.iter().filter(|disc| disc.plane == plane) {
-                    disc.add(out, cut.scene, cut.window, |index| {
-                        transmittance(drawn.vergence, drawn.cell.coordinate, index)
-                    });
-                }
-            }
-        });
-    }
 }
 
-/// Returns the highlights of a block, cell by cell; the light of a mixed pixel at the depth of either side.
-fn cells(block: &HighlightBlock, input: &LayeredPlate, mixed: &MixedPixels) -> Vec<CellLights> {
-    let count = input.planes.len();
+/// Adds the lights of some cells to `out` as [`SmallLights::add_to`] does.
+fn add_wave(
+    wave: &[DrawnCell],
+    out: &mut [Vec<f32>],
+    cut: &LightCut,
+    surfaces: &Surfaces,
+    transmittance: &(dyn Fn(f64, f32, usize) -> f32 + Sync),
+) {
+    let discs: Vec<Vec<LightDisc>> = wave
+        .par_iter()
+        .map(|drawn| cut.discs(drawn, surfaces))
+        .collect();
+    out.par_iter_mut().enumerate().for_each(|(plane, out)| {
+        for (drawn, discs) in wave.iter().zip(&discs) {
+            for disc in discs.iter().filter(|disc| disc.plane == plane) {
+                disc.add(out, cut.scene, cut.window, |index| {
+                    transmittance(drawn.vergence, drawn.cell.coordinate, index)
+                });
+            }
+        }
+    });
+}
+
+/// Returns for each of the first `count` planes, those of light, the value that small lights exceed: some times the mean of pixels that
+/// the other planes, those of coverage, cover. A speck over nothing, like its neighbours but for size, is no light.
+fn least_light(planes: &[Plane], count: usize) -> Vec<f32> {
+    let (light, coverage) = planes.split_at(count);
+    let Some(coverage) = coverage.first() else {
+        return vec![0.0; count];
+    };
+    let mean = |plane: &Plane| {
+        // Parts of one size, added in order: the sum is the same whatever the number of threads.
+        const PART: usize = 1 << 14;
+        let parts = (plane.samples.par_chunks(PART)).zip(coverage.samples.par_chunks(PART));
+        let sums: Vec<(f64, usize)> = parts
+            .map(|(light, coverage)| {
+                let covered = light.iter().zip(coverage).filter(|(_, of)| **of > 0.0);
+                covered.fold((0.0, 0), |(sum, pixels), (light, _)| {
+                    (sum + f64::from(light.abs()), pixels + 1)
+                })
+            })
+            .collect();
+        let sum: f64 = sums.iter().map(|part| part.0).sum();
+        let pixels: usize = sums.iter().map(|part| part.1).sum();
+        (sum / pixels.max(1) as f64) as f32
+    };
+    let limit = |plane: &Plane| CRITERION.contrast * mean(plane);
+    light.iter().map(limit).collect()
+}
+
+/// Returns the highlights of a block that exceed the `least_light` of their planes, cell by cell; the light of a mixed pixel at the depth
+/// of either side.
+fn cells(
+    block: &HighlightBlock,
+    least_light: &[f32],
+    input: &LayeredPlate,
+    mixed: &MixedPixels,
+) -> Vec<CellLights> {
+    let count = least_light.len();
     let mut cells: BTreeMap<(usize, usize, i32), CellLights> = BTreeMap::new();
     let mut add = |(row, column): (usize, usize), coordinate: f32, excess: &[f32]| {
         let depth = (CELLS_PER_LAYER * coordinate).round() as i32;
@@ -247,8 +284,21 @@ fn cells(block: &HighlightBlock, input: &LayeredPlate, mixed: &MixedPixels) -> V
     for (pixel, excess) in block.pixels.iter().zip(block.excess.chunks(count)) {
         let index = pixel.0 * input.width + pixel.1;
         let coordinate = input.coordinates[index];
+        let excess = excess.iter().zip(input.planes.iter().zip(least_light));
+        let excess: Vec<f32> = excess
+            .map(|(light, (plane, least))| {
+                if plane.samples[index] > *least {
+                    *light
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        if excess.iter().all(|light| *light == 0.0) {
+            continue;
+        }
         let Some(other) = mixed.other_side(input, index) else {
-            add(*pixel, coordinate, excess);
+            add(*pixel, coordinate, &excess);
             continue;
         };
         let parts = excess.iter().zip(&other.shares);

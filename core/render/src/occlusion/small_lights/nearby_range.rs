@@ -1,6 +1,5 @@
 //! The range of depth about each pixel of a plate.
 
-use super::super::disocclusion::LayeredPlate;
 use rayon::prelude::*;
 
 /// The layer coordinates of the farthest and the nearest of the nine pixels about each pixel of a plate.
@@ -13,10 +12,10 @@ pub(super) struct NearbyRange {
 }
 
 impl NearbyRange {
-    /// Finds the ranges of `input`. Pixels beyond its edges are those at the edge.
-    pub(super) fn new(input: &LayeredPlate) -> Self {
-        let (width, coordinates) = (input.width, input.coordinates);
-        let last = input.height.saturating_sub(1);
+    /// Finds the ranges of a plate from the layer coordinates of its pixels, in rows of `width`. Pixels beyond its edges are those at
+    /// the edge.
+    pub(super) fn new(coordinates: &[f32], width: usize) -> Self {
+        let last = (coordinates.len() / width.max(1)).saturating_sub(1);
         let mut ranges = vec![[0.0; 2]; coordinates.len()];
         let lines = ranges.par_chunks_mut(width.max(1)).enumerate();
         lines.for_each_init(

@@ -106,4 +106,17 @@ impl SurfaceBlocks {
         let pairs = layers.iter().zip(found);
         pairs.filter_map(|(at, found)| found.then_some(*at))
     }
+
+    /// Returns whether the layer at coordinate `layer` may hold any of these `columns` and `rows` of pixels, ends included. Pixels beyond
+    /// the plate are those at its edge.
+    pub(super) fn may_hold(&self, columns: [i64; 2], rows: [i64; 2], layer: f32) -> bool {
+        let block = |at: i64, count: usize| (at.max(0) as usize / BLOCK_PX).min(count - 1);
+        let [left, right] = columns.map(|at| block(at, self.columns));
+        let [top, bottom] = rows.map(|at| block(at, self.rows));
+        (top..=bottom).any(|row| {
+            let row = &self.ranges[row * self.columns..];
+            let mut ranges = row[left..=right].iter();
+            ranges.any(|(low, high)| *low < layer + 1.0 && *high > layer - 1.0)
+        })
+    }
 }

@@ -86,10 +86,28 @@ impl Plate {
         }
         plate
     }
+
+    /// Draws a few small opaque specks close together over nothing, each at its own depth.
+    fn specks(seed: u64) -> Self {
+        let random = &mut SplitMix64::new(seed);
+        let mut plate = Self::new([0.0, 0.1]);
+        let (x, y) = (between(random, 10.0, 20.0), between(random, 10.0, 20.0));
+        for _ in 0..4 {
+            let colour = std::array::from_fn(|_| between(random, 0.0, 1.0));
+            let vergence = between(random, 0.2, 1.0);
+            let at = [x, y].map(|at| at + between(random, -4.0, 4.0));
+            let size = between(random, 0.5, 2.0);
+            plate.add(colour, vergence, |u, v| {
+                size - (u - at[0]).hypot(v - at[1]) + 0.5
+            });
+        }
+        plate
+    }
 }
 
-/// Returns the least light, the least alpha and the largest alpha of `plate` through `inner`.
-fn ranges(plate: &Plate, inner: &dyn Renderer) -> [f32; 3] {
+/// Returns the least light, the largest over the brightest of the plate, the least alpha and the largest alpha of `plate` through
+/// `inner`.
+fn ranges(plate: &Plate, inner: &dyn Renderer) -> [f32; 4] {
     let scene = scene(&EVEN, VergencePass::PerPixel(&plate.vergence));
     let planes = [
         plane(&plate.red, RED),
@@ -99,13 +117,23 @@ fn ranges(plate: &Plate, inner: &dyn Renderer) -> [f32; 3] {
     ];
     let layered = LayeredRenderer {
         inner,
-        settings: Occlusion::default(),
+        settings: Occlusion {
+            light_planes: Some(3),
+            ..Occlusion::default()
+        },
     };
     let done = layered.render(&scene, &planes, &|_| true);
     let done = done.expect("a valid scene").planes;
     let least = |planes: &[Vec<f32>]| planes.iter().flatten().copied().fold(f32::MAX, f32::min);
-    let most = done[3].iter().copied().fold(f32::MIN, f32::max);
-    [least(&done[..3]), least(&done[3..]), most]
+    let most = |plane: &[f32]| plane.iter().copied().fold(f32::MIN, f32::max);
+    let over = |(out, plane): (&Vec<f32>, &Plane)| most(out) / most(plane.samples);
+    let over = done[..3].iter().zip(&planes).map(over);
+    [
+        least(&done[..3]),
+        over.fold(0.0, f32::max),
+        least(&done[3..]),
+        most(&done[3]),
+    ]
 }
 
 #[test]
@@ -116,12 +144,20 @@ fn light_and_alpha_stay_within_their_range() {
     };
     let renderers: [&dyn Renderer; 3] =
         [&Scatter, &gather(Quality::Final), &gather(Quality::Draft)];
-    for seed in 0..48 {
-        let plate = Plate::random(seed);
+    let scenes = (0..48).flat_map(|seed| {
+        let plates = [Plate::random(seed), Plate::specks(seed)];
+        plates.map(|plate| (seed, plate))
+    });
+    for (seed, plate) in scenes {
         for renderer in renderers {
-            let [light, alpha, most] = ranges(&plate, renderer);
+            let [light, brightest, alpha, most] = ranges(&plate, renderer);
             let scene = format!("scene {seed}, {}", renderer.id());
             assert!(light >= 0.0, "{scene}: least light {light:e}");
+            // Small lights are added to the composite, not composited.
+            assert!(
+                brightest <= 1.01,
+                "{scene}: largest light {brightest} of the plate's"
+            );
             assert!(alpha >= 0.0, "{scene}: least alpha {alpha:e}");
             assert!(
                 most <= 1.0 + 1e-6,
