@@ -7,6 +7,7 @@ use super::posterior::{
     CandidateScore, GapScale, MIN_GAP, MODEL_ERROR, REAL_GAP_RATIO, nothing_missing, probabilities,
 };
 use super::search::{Candidate, HypothesisSearch};
+use super::tiles::TileData;
 
 /// Share of the gap below which a single effect suffices.
 const SUFFICIENT_REMAINDER: f64 = 0.04;
@@ -32,6 +33,8 @@ pub(super) struct GapStatistics {
     pub(super) before: f64,
     /// Standard error of `before` from noise.
     sigma: f64,
+    /// Standard error of the part of `before` that effects close: the noise that both gaps have cancels.
+    sigma_of_change: f64,
     /// Misfit of the lens on its own data.
     pub(super) misfit: f64,
     /// Gap left by the best single effect.
@@ -63,16 +66,21 @@ impl GapStatistics {
             .zip(tiles)
             .map(|(g, t)| weight(t) * (g - t.noise));
         // Variance of a gap: noise squared, that of the sum apart, and the product of noise and residual.
+        let product = |gap: f64, t: &TileData| {
+            4.0 * gap.max(0.0) * (t.noise - t.noise_of_sum) / t.noise_freedom()
+        };
         let variance = gaps.iter().zip(search.many()).map(|(g, t)| {
-            let pixels = t.noise_freedom();
             let of_pixels = t.noise - t.noise_of_sum;
-            let meeting = 4.0 * g.max(0.0) * of_pixels / pixels;
-            let squared = of_pixels * of_pixels / pixels + t.noise_of_sum * t.noise_of_sum;
-            weight(t).powi(2) * (2.0 * squared + meeting)
+            let squared =
+                of_pixels * of_pixels / t.noise_freedom() + t.noise_of_sum * t.noise_of_sum;
+            weight(t).powi(2) * (2.0 * squared + product(*g, t))
         });
+        let of_change = gaps.iter().zip(search.many());
+        let of_change = of_change.map(|(g, t)| weight(t).powi(2) * product(g - t.noise, t));
         Self {
             before: excess.sum::<f64>() / total,
             sigma: variance.sum::<f64>().sqrt() / total,
+            sigma_of_change: of_change.sum::<f64>().sqrt() / total,
             misfit: own_gap,
             best: singles.first().map_or(f64::INFINITY, |s| s.after),
         }
@@ -81,8 +89,24 @@ impl GapStatistics {
     /// Returns the gap up to which an effect may be missing without being seen: the own gap of the lens, up to the largest
     /// that a model may leave, and noise.
     pub(super) fn detection_limit(&self) -> f64 {
-        let own = REAL_GAP_RATIO * (self.misfit + MODEL_ERROR);
-        own.min(MAX_OWN_GAP) + LIMIT_SIGMAS * self.sigma
+        self.own_limit() + LIMIT_SIGMAS * self.sigma
+    }
+
+    /// Returns the detection limit without noise.
+    fn own_limit(&self) -> f64 {
+        (REAL_GAP_RATIO * (self.misfit + MODEL_ERROR)).min(MAX_OWN_GAP)
+    }
+
+    /// Returns the part of the gap that the best single effect closes on zones left out of its fit.
+    fn closed(&self) -> f64 {
+        (self.before - self.best).max(0.0)
+    }
+
+    /// Returns whether a gap is seen: it exceeds the detection limit, or what an effect closes of it does. That has less noise, so
+    /// an effect that is missing in a few places is seen where the whole gap is not.
+    fn is_seen(&self) -> bool {
+        self.before > self.detection_limit()
+            || self.closed() > self.own_limit() + LIMIT_SIGMAS * self.sigma_of_change
     }
 
     /// Returns whether the own gap of the lens shows that its model is too simple.
@@ -108,7 +132,9 @@ impl GapStatistics {
     }
 
     fn none(&self) -> f64 {
-        nothing_missing(self.before, self.sigma, self.misfit, self.best)
+        let of_gap = nothing_missing(self.before, self.sigma, self.misfit, self.best);
+        let of_closed = nothing_missing(self.closed(), self.sigma_of_change, self.misfit, 0.0);
+        of_gap.min(of_closed)
     }
 
     /// Returns whether pairs of effects need to be searched.
@@ -167,7 +193,7 @@ impl GapStatistics {
         let best = (0..all.len()).max_by(|a, b| odds[*a].total_cmp(&odds[*b]));
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
-            _ if self.before <= self.detection_limit() => (Verdict::NoGap, None),
+            _ if !self.is_seen() => (Verdict::NoGap, None),
             Some(k) if odds[k] > unknown => {
                 if odds[k] < MIN_PROBABILITY {
                     equivalents.push(rivals(&all, &odds, k));
@@ -224,4 +250,34 @@ fn rivals(all: &[&Candidate], odds: &[f64], best: usize) -> Vec<&'static str> {
         }
     }
     class
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lens whose own gap is small, of which noise hides a gap of 0.0025.
+    const NOISY: GapStatistics = GapStatistics {
+        before: 0.0045,
+        sigma: 0.0005,
+        sigma_of_change: 0.00005,
+        misfit: 0.0003,
+        best: 0.0045,
+    };
+
+    #[test]
+    fn a_gap_within_noise_is_seen_only_where_an_effect_closes_more_than_the_model_leaves() {
+        assert!(!NOISY.is_seen());
+        assert!(NOISY.none() > 0.5);
+        let closed = |best: f64| GapStatistics { best, ..NOISY };
+        assert!(closed(0.0002).is_seen());
+        assert!(closed(0.0002).none() < 0.2);
+        assert!(!closed(0.003).is_seen());
+        let larger = GapStatistics {
+            before: 0.006,
+            best: 0.006,
+            ..NOISY
+        };
+        assert!(larger.is_seen());
+    }
 }
