@@ -8,15 +8,13 @@ use std::ops::Range;
 /// Side of the blocks in which highlights are searched, px.
 const BLOCK: usize = 32;
 
-/// Least ratio of a block's brightest pixel to the mean of the block and of the plane for the block to be searched.
-const PEAK_TO_MEAN: f32 = 16.0;
-
 /// What counts as a highlight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HighlightCriterion {
     /// Most highlights of a block in each plane.
     pub(crate) most: usize,
-    /// Least ratio of a highlight to the median of its block.
+    /// Least ratio of a block's brightest pixel to the mean of the block and of the plane for the block to be searched,
+    /// and of a highlight to the median of its block.
     pub(crate) contrast: f32,
     /// Least ratio of a block's brightest pixel to its threshold. Weaker highlights are not worth a kernel per pixel.
     pub(crate) worthwhile: f32,
@@ -46,7 +44,8 @@ pub(crate) fn find_highlights(
     let summaries: Vec<Vec<BandSummary>> = bands
         .par_iter()
         .map(|rows| {
-            let of = |plane: &Plane| BandSummary::new(plane.samples, width, rows);
+            let of =
+                |plane: &Plane| BandSummary::new(plane.samples, width, rows, criterion.contrast);
             planes.iter().map(of).collect()
         })
         .collect();
@@ -115,7 +114,7 @@ struct BandSummary {
 }
 
 impl BandSummary {
-    fn new(samples: &[f32], width: usize, rows: &Range<usize>) -> Self {
+    fn new(samples: &[f32], width: usize, rows: &Range<usize>, contrast: f32) -> Self {
         let mut blocks = vec![BlockStats::default(); width.div_ceil(BLOCK)];
         for row in samples[rows.start * width..rows.end * width].chunks_exact(width) {
             for (block, samples) in blocks.iter_mut().zip(row.chunks(BLOCK)) {
@@ -131,7 +130,7 @@ impl BandSummary {
             let count = columns_of(block, width).len() * rows.len();
             summary.light += sum;
             summary.pixels += count;
-            if stands_out(max, sum / count as f64) {
+            if stands_out(max, sum / count as f64, contrast) {
                 summary.candidates.push((block, max));
             }
         }
@@ -139,8 +138,8 @@ impl BandSummary {
     }
 }
 
-fn stands_out(max: f32, mean: f64) -> bool {
-    f64::from(max) > f64::from(PEAK_TO_MEAN) * mean
+fn stands_out(max: f32, mean: f64, contrast: f32) -> bool {
+    f64::from(max) > f64::from(contrast) * mean
 }
 
 /// Returns the mean absolute value of a plane over blocks that are not black.
@@ -186,7 +185,7 @@ fn highlights_of_band(
     let mut values = Vec::new();
     for (index, (plane, summary)) in planes.iter().zip(summaries).enumerate() {
         for &(block, max) in &summary.candidates {
-            if !stands_out(max, means[index]) {
+            if !stands_out(max, means[index], criterion.contrast) {
                 continue;
             }
             values.clear();
