@@ -209,6 +209,24 @@ impl Sensor {
         })
     }
 
+    /// Returns a sensor that blurs at least as widely as both and scatters light where either does.
+    #[must_use]
+    pub fn widest(&self, other: &Self) -> Self {
+        let larger = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|k| a[k].abs().max(b[k].abs()));
+        let halo = if other.halo.share > self.halo.share {
+            other.halo
+        } else {
+            self.halo
+        };
+        Self {
+            streak_px: larger(self.streak_px, other.streak_px),
+            box_px: larger(self.box_px, other.box_px),
+            copies_px: larger(self.copies_px, other.copies_px),
+            halo,
+            tone: self.tone,
+        }
+    }
+
     /// Returns the sensor on a grid with `scale` times as many pixels along each axis.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {

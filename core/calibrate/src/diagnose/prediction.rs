@@ -4,8 +4,10 @@ use super::hypothesis::Hypothesis;
 use super::registration::Registration;
 use super::tiles::TileData;
 use seidel_optics::lens::{LocalPupil, Transmission, Wavefront};
-use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
-use seidel_optics::sensor::Tone;
+use seidel_optics::psf::pupil::{
+    Detail, OpticalPsf, PsfImage, PupilDerivative, TileGrid, Workspace, draw,
+};
+use seidel_optics::sensor::{Sensor, Tone};
 
 /// A tile with an offset of its PSF.
 #[derive(Debug, Clone, Copy)]
@@ -72,12 +74,16 @@ impl PlacedPupil {
         if retoned == *a && self.shift == there.shift {
             return Change::Tone;
         }
-        let of_rays = |p: &LocalPupil| !p.diffracts() && p.sensor.is_ideal();
+        let mut behind_another = *b;
+        behind_another.sensor = a.sensor;
+        if behind_another == *a && self.shift == there.shift {
+            return Change::Sensor;
+        }
         let alike = a.stops().len() == b.stops().len()
             && a.squeeze == b.squeeze
             && a.sensor.tone == b.sensor.tone
             && a.blur_variances_px2() == b.blur_variances_px2();
-        if !(of_rays(a) && of_rays(b) && alike) {
+        if !(is_of_rays(a) && is_of_rays(b) && alike) {
             return Change::Other;
         }
         let rate = |from: f64, to: f64| (to - from) / h;
@@ -102,12 +108,19 @@ impl PlacedPupil {
     }
 }
 
+/// Returns whether the PSF of `pupil` is the light of its rays in pixels, without diffraction and a sensor that blurs.
+fn is_of_rays(pupil: &LocalPupil) -> bool {
+    !pupil.diffracts() && pupil.sensor.is_ideal()
+}
+
 /// The change of a PSF with a parameter.
 enum Change {
     /// Rays move, of a pupil before a sensor that does not blur.
     Rays(Box<PupilDerivative>),
     /// Only the tone curve changes.
     Tone,
+    /// The same light falls on another sensor.
+    Sensor,
     /// Everything may change.
     Other,
 }
@@ -165,25 +178,40 @@ impl TilePredictor {
         let mut of_rays: Vec<(usize, PupilDerivative)> = (changes.iter().enumerate())
             .filter_map(|(k, change)| match change {
                 Change::Rays(derivative) => Some((k, **derivative)),
-                Change::Tone | Change::Other => None,
+                Change::Tone | Change::Sensor | Change::Other => None,
             })
             .collect();
         // The drawing takes derivatives that change the light last.
         of_rays.sort_by_key(|(_, derivative)| derivative.changes_light());
         let derivatives: Vec<PupilDerivative> = of_rays.iter().map(|(_, d)| *d).collect();
-        self.draw(&here, &derivatives, tile, detail);
+        let sensors = (changes.iter().zip(&there))
+            .filter(|(change, _)| matches!(change, Change::Sensor))
+            .map(|(_, there)| there.pupil.sensor);
+        let widest = sensors.reduce(|a, b| a.widest(&b));
+        let before_sensor = widest.map(|widest| {
+            let widest = widest.widest(&here.pupil.sensor);
+            let (grid, space) = (here.grid(tile), &mut self.space);
+            OpticalPsf::draw(&here.pupil, &grid, &widest, detail, space)
+        });
+        let light = match &before_sensor {
+            Some(psf) if !is_of_rays(&here.pupil) => psf.through(&here.pupil.sensor),
+            _ => {
+                self.draw(&here, &derivatives, tile, detail);
+                self.drawn.light.clone()
+            }
+        };
         let mut rates = vec![Vec::new(); steps.len()];
         let stride = PsfImage::stride(derivatives.len());
-        let recording = Recording::new(&self.drawn.light, here.pupil.sensor.tone, tile);
+        let recording = Recording::new(&light, here.pupil.sensor.tone, tile);
         for (column, (k, _)) in of_rays.iter().enumerate() {
-            let pixels = 0..self.drawn.light.len();
+            let pixels = 0..light.len();
             let rate = pixels.map(|pixel| self.drawn.derivatives[pixel * stride + column]);
             rates[*k] = recording.rate(rate.collect(), tile);
         }
         let picture = recording.picture(tile);
-        let difference = |there: Recording, size: f64| {
+        let difference = |there: Recording, picture: &[f64], size: f64| {
             let mut moved = there.picture(tile);
-            for (there, here) in moved.iter_mut().zip(&picture) {
+            for (there, here) in moved.iter_mut().zip(picture) {
                 *there = (*there - here) / size;
             }
             tile.mask(&mut moved);
@@ -192,8 +220,21 @@ impl TilePredictor {
         for (k, change) in changes.iter().enumerate() {
             if matches!(change, Change::Tone) {
                 let tone = there[k].pupil.sensor.tone;
-                let moved = Recording::new(&self.drawn.light, tone, tile);
-                rates[k] = difference(moved, steps[k].size);
+                let moved = Recording::new(&light, tone, tile);
+                rates[k] = difference(moved, &picture, steps[k].size);
+            }
+        }
+        if let Some(psf) = before_sensor {
+            let recorded = |sensor: &Sensor| {
+                let light = psf.through(sensor);
+                Recording::new(&light, sensor.tone, tile)
+            };
+            let unmoved = recorded(&here.pupil.sensor).picture(tile);
+            for (k, change) in changes.iter().enumerate() {
+                if matches!(change, Change::Sensor) {
+                    let moved = recorded(&there[k].pupil.sensor);
+                    rates[k] = difference(moved, &unmoved, steps[k].size);
+                }
             }
         }
         for (k, change) in changes.iter().enumerate() {
@@ -201,7 +242,7 @@ impl TilePredictor {
                 self.draw(&there[k], &[], tile, detail);
                 let tone = there[k].pupil.sensor.tone;
                 let moved = Recording::new(&self.drawn.light, tone, tile);
-                rates[k] = difference(moved, steps[k].size);
+                rates[k] = difference(moved, &picture, steps[k].size);
             }
         }
         Linearisation { picture, rates }

@@ -27,6 +27,43 @@ const LIMIT_SIGMAS: f64 = 5.0;
 /// Least share of the gap that an effect must close to be added to an unexplained lens.
 const MIN_PARTIAL_SHARE: f64 = 0.3;
 
+/// The mean gap of tiles, less noise.
+#[derive(Debug, Clone, Copy)]
+struct MeasuredGap {
+    gap: f64,
+    /// Standard error from noise.
+    sigma: f64,
+}
+
+impl MeasuredGap {
+    /// Returns the mean over tiles, each with its gap, by `weight`.
+    fn new<'a>(
+        tiles: impl Iterator<Item = (f64, &'a &'a TileData)>,
+        weight: impl Fn(&TileData) -> f64,
+    ) -> Self {
+        let (mut total, mut excess, mut variance) = (0.0, 0.0, 0.0);
+        for (gap, tile) in tiles {
+            let of_pixels = tile.noise - tile.noise_of_sum;
+            // Noise squared, that of the sum apart, and the product of noise and residual.
+            let squared = of_pixels * of_pixels / tile.noise_freedom()
+                + tile.noise_of_sum * tile.noise_of_sum;
+            let share = weight(tile);
+            total += share;
+            excess += share * (gap - tile.noise);
+            variance += share * share * (2.0 * squared + product_with_noise(gap, tile));
+        }
+        Self {
+            gap: excess / total,
+            sigma: variance.sqrt() / total,
+        }
+    }
+}
+
+/// Returns the variance of a gap of `tile` by the product of noise and residual.
+fn product_with_noise(gap: f64, tile: &TileData) -> f64 {
+    4.0 * gap.max(0.0) * (tile.noise - tile.noise_of_sum) / tile.noise_freedom()
+}
+
 /// Statistics of the gap of the given lens.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GapStatistics {
@@ -35,6 +72,8 @@ pub(super) struct GapStatistics {
     sigma: f64,
     /// Standard error of the part of `before` that effects close: the noise that both gaps have cancels.
     sigma_of_change: f64,
+    /// The gap without weights.
+    plain: MeasuredGap,
     /// Misfit of the lens on its own data.
     pub(super) misfit: f64,
     /// Gap left by the best single effect.
@@ -58,29 +97,15 @@ pub(super) struct Decision {
 
 impl GapStatistics {
     pub(super) fn new(own_gap: f64, search: &HypothesisSearch, singles: &[Candidate]) -> Self {
-        let gaps = search.gaps_before();
-        let total = search.weight();
-        let tiles = search.many().iter();
-        let excess = gaps
-            .iter()
-            .zip(tiles)
-            .map(|(g, t)| weight(t) * (g - t.noise));
-        // Variance of a gap: noise squared, that of the sum apart, and the product of noise and residual.
-        let product = |gap: f64, t: &TileData| {
-            4.0 * gap.max(0.0) * (t.noise - t.noise_of_sum) / t.noise_freedom()
-        };
-        let variance = gaps.iter().zip(search.many()).map(|(g, t)| {
-            let of_pixels = t.noise - t.noise_of_sum;
-            let squared =
-                of_pixels * of_pixels / t.noise_freedom() + t.noise_of_sum * t.noise_of_sum;
-            weight(t).powi(2) * (2.0 * squared + product(*g, t))
-        });
-        let of_change = gaps.iter().zip(search.many());
-        let of_change = of_change.map(|(g, t)| weight(t).powi(2) * product(g - t.noise, t));
+        let pairs = || search.gaps_before().iter().copied().zip(search.many());
+        let of_change = pairs()
+            .map(|(gap, tile)| weight(tile).powi(2) * product_with_noise(gap - tile.noise, tile));
+        let weighted = MeasuredGap::new(pairs(), weight);
         Self {
-            before: excess.sum::<f64>() / total,
-            sigma: variance.sum::<f64>().sqrt() / total,
-            sigma_of_change: of_change.sum::<f64>().sqrt() / total,
+            before: weighted.gap,
+            sigma: weighted.sigma,
+            sigma_of_change: of_change.sum::<f64>().sqrt() / search.weight(),
+            plain: MeasuredGap::new(pairs(), |_| 1.0),
             misfit: own_gap,
             best: singles.first().map_or(f64::INFINITY, |s| s.after),
         }
@@ -102,11 +127,15 @@ impl GapStatistics {
         (self.before - self.best).max(0.0)
     }
 
-    /// Returns whether a gap is seen: it exceeds the detection limit, or what an effect closes of it does. That has less noise, so
-    /// an effect that is missing in a few places is seen where the whole gap is not.
+    /// Returns whether a gap is seen: it exceeds the detection limit, or what an effect closes of it does, or the gap without weights.
+    /// What an effect closes has less noise, so one that is missing in a few places is seen where the whole gap is not. Weights
+    /// are small where tiles are noisy, often in the corners, where much may be missing.
     fn is_seen(&self) -> bool {
-        self.before > self.detection_limit()
-            || self.closed() > self.own_limit() + LIMIT_SIGMAS * self.sigma_of_change
+        let exceeds = |gap: f64, sigma: f64| gap > self.own_limit() + LIMIT_SIGMAS * sigma;
+        let may_be_own = self.plain.gap <= CHANGED_RATIO * self.misfit;
+        exceeds(self.before, self.sigma)
+            || exceeds(self.closed(), self.sigma_of_change)
+            || (exceeds(self.plain.gap, self.plain.sigma) && !may_be_own)
     }
 
     /// Returns whether the own gap of the lens shows that its model is too simple.
@@ -134,7 +163,9 @@ impl GapStatistics {
     fn none(&self) -> f64 {
         let of_gap = nothing_missing(self.before, self.sigma, self.misfit, self.best);
         let of_closed = nothing_missing(self.closed(), self.sigma_of_change, self.misfit, 0.0);
-        of_gap.min(of_closed)
+        let MeasuredGap { gap, sigma } = self.plain;
+        let of_plain = nothing_missing(gap, sigma, self.misfit, gap);
+        of_gap.min(of_closed).min(of_plain)
     }
 
     /// Returns whether pairs of effects need to be searched.
@@ -261,6 +292,10 @@ mod tests {
         before: 0.0045,
         sigma: 0.0005,
         sigma_of_change: 0.00005,
+        plain: MeasuredGap {
+            gap: 0.0045,
+            sigma: 0.0005,
+        },
         misfit: 0.0003,
         best: 0.0045,
     };
