@@ -136,6 +136,8 @@ const COARSE_TOLERANCE: f64 = 0.01;
 pub(super) const TOLERANCE: f64 = 1e-3;
 /// Damping of the step that the other folds ask for.
 pub(super) const LEFT_OUT_DAMPING: f64 = 1e-6;
+/// Damping of the step by which starting points are compared.
+const SCREENING_DAMPING: f64 = 1e-3;
 /// Positions tried along the line from the neutral values (0) to the starting point (1).
 const STEP_LENGTHS: [f64; 5] = [1.0, 0.3, 0.1, -0.1, -0.3];
 /// The same for an effect that joins others, of which its separate estimate gives the scale.
@@ -415,13 +417,32 @@ impl<'a> HypothesisSearch<'a> {
                 theta: there,
             })
         });
-        tries
+        let best = tries
             .filter(|tried| (tried.cost - neutral_cost).abs() > 1e-9 * neutral_cost)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
             .unwrap_or_else(|| LocalMinimum {
                 theta: theta.to_vec(),
                 cost: problem.gap_sum(theta),
-            })
+            });
+        if !is_likely {
+            return best;
+        }
+        // Without a choice of lengths, how far the start is from the best size says more than what it is like: a step comes first.
+        let stepped = damped_update(
+            problem.linear(&best.theta).total(None),
+            &best.theta,
+            &hypothesis.slots,
+            SCREENING_DAMPING,
+        );
+        let cost = problem.gap_sum(&stepped);
+        if cost < best.cost {
+            LocalMinimum {
+                theta: stepped,
+                cost,
+            }
+        } else {
+            best
+        }
     }
 
     /// Refines `candidate` on the comparison tiles.

@@ -38,6 +38,8 @@ pub struct CaseResult {
     pub withheld: Option<WithheldResult>,
     /// The diagnosis with the advised capture, of ambiguous cases.
     pub advised: Option<AdvisedResult>,
+    /// Processor time of the fit before the diagnosis, seconds, where it can be measured.
+    pub fit_cpu_seconds: Option<f64>,
 }
 
 /// The diagnosis of an ambiguous case with the capture that was advised.
@@ -148,7 +150,7 @@ impl CaseResult {
         };
         format!(
             "case {}: {right}; {} -> {}, added {added}, odds {}; gap {:.4}, closed {:.3} of {:.3}; {}, {} x {} tiles of {} px, \
-             SNR {:.0}{ideal}; {:.1} s, {} CPU s",
+             SNR {:.0}{ideal}; {:.1} s, {} CPU s after {} of the fit",
             self.index,
             self.truth(),
             o.verdict,
@@ -163,6 +165,7 @@ impl CaseResult {
             c.snr,
             o.seconds,
             number(o.cpu_seconds, 1),
+            number(self.fit_cpu_seconds, 1),
         )
     }
 }
@@ -194,7 +197,10 @@ mod tests {
             ),
             "{line}"
         );
-        assert!(line.ends_with("12.5 s, 20.0 CPU s"), "{line}");
+        assert!(
+            line.ends_with("12.5 s, 20.0 CPU s after 4.0 of the fit"),
+            "{line}"
+        );
         let settled = test.advised_settled();
         assert_eq!((settled.held, settled.of), (1, 2));
         test.withhold = false;

@@ -73,7 +73,7 @@ pub fn run(plan: &Plan, pool: Option<&ThreadPool>, observer: &mut Observer) -> S
     }
 }
 
-/// The time that a diagnosis took.
+/// The time that a fit and a diagnosis took: all of it, and the processor time of the diagnosis alone.
 #[derive(Debug, Clone, Copy)]
 struct TimeTaken {
     seconds: f64,
@@ -117,7 +117,9 @@ fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> 
     let passes = if plan.withhold { 2.0 } else { 1.0 };
     let first = |share: f64| progress(share / passes);
     let blind = fit_and_diagnose(&design, &real, recipe.model, &plan.library, &first);
-    let time = stopwatch.read();
+    let mut time = stopwatch.read();
+    let fit_cpu_seconds = blind.as_ref().ok().and_then(|blind| blind.fit_cpu_seconds);
+    time.cpu_seconds = (time.cpu_seconds).map(|all| all - fit_cpu_seconds.unwrap_or(0.0));
     let withheld = (plan.withhold && answer.kind == "single").then(|| {
         let second = |share: f64| progress((1.0 + share) / passes);
         let library = library_without(&plan.library, &answer.effects);
@@ -160,6 +162,7 @@ fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> 
         error,
         withheld,
         advised,
+        fit_cpu_seconds,
     }
 }
 
@@ -247,6 +250,8 @@ struct BlindDiagnosis {
     /// The lens fitted to the design.
     lens: LensProfile,
     diagnosis: Diagnosis,
+    /// Processor time of the fit, seconds, where it can be measured.
+    fit_cpu_seconds: Option<f64>,
 }
 
 /// Share of the progress of a diagnosis taken by the fit of its lens.
@@ -268,10 +273,16 @@ fn fit_and_diagnose(
         ..PupilSettings::default()
     };
     let fitting = |share: f64| progress(FIT_SHARE * share);
+    let stopwatch = Stopwatch::start();
     let lens = fit_pupil(std::slice::from_ref(design), &settings, &fitting)?.lens;
+    let fit_cpu_seconds = stopwatch.read().cpu_seconds;
     let diagnosing = |share: f64| progress(FIT_SHARE + (1.0 - FIT_SHARE) * share);
     let diagnosis = checked_diagnosis(&lens, real, library, &diagnosing)?;
-    Ok(BlindDiagnosis { lens, diagnosis })
+    Ok(BlindDiagnosis {
+        lens,
+        diagnosis,
+        fit_cpu_seconds,
+    })
 }
 
 /// Diagnoses `lens` against `real` and rejects scores that are not finite.

@@ -47,6 +47,7 @@ fn case(
         error: None,
         withheld: None,
         advised: None,
+        fit_cpu_seconds: Some(4.0),
     }
 }
 
