@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Side of the blocks in which highlights are searched, px.
 const BLOCK: usize = 32;
 
-/// What counts as a highlight.
+/// The criterion by which pixels are highlights.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HighlightCriterion {
     /// Most highlights of a block in each plane.
