@@ -153,11 +153,11 @@ impl Job<'_> {
             };
             let landings = self.landings(&all);
             for (run, middle, bounds) in &runs {
-                let lit = |&(column, _): &(usize, Source)| {
+                let reaches = |&(column, _): &(usize, Source)| {
                     let mut reached = bounds.around(column, row).select(&landings);
-                    reached.next().is_some()
+                    self.light(column, row, channel) != 0.0 && reached.next().is_some()
                 };
-                if !run.iter().any(lit) {
+                if !run.iter().any(reaches) {
                     continue;
                 }
                 let drawn = self.draw(middle, &mut kernel);
@@ -186,8 +186,13 @@ impl Job<'_> {
                 columns.start + columns.len() / 2,
                 rows.start + rows.len() / 2,
             );
-            for (channel, weight) in self.plane.weights.iter().enumerate() {
-                if *weight == 0.0 {
+            let pixels = rows
+                .clone()
+                .flat_map(|row| columns.clone().map(move |column| (column, row)));
+            for channel in 0..self.plane.weights.len() {
+                // A slice of depth is mostly dark.
+                let is_lit = |(column, row)| self.light(column, row, channel) != 0.0;
+                if !pixels.clone().any(is_lit) {
                     continue;
                 }
                 let at = (middle.0 as f64 + 0.5, middle.1 as f64 + 0.5);
@@ -205,10 +210,7 @@ impl Job<'_> {
                     continue;
                 }
                 let drawn = self.draw(&source, &mut kernel);
-                for (column, row) in rows
-                    .clone()
-                    .flat_map(|row| columns.clone().map(move |column| (column, row)))
-                {
+                for (column, row) in pixels.clone() {
                     let light = self.light(column, row, channel);
                     for landing in bounds.around(column, row).select(&landings) {
                         let offset = (landing.column - column as i32, landing.row - row as i32);

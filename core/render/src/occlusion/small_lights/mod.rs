@@ -245,21 +245,23 @@ fn least_light(planes: &[Plane], count: usize) -> Vec<f32> {
     let Some(coverage) = coverage.first() else {
         return vec![0.0; count];
     };
+    let covered = coverage.samples.par_iter().filter(|of| **of > 0.0).count();
+    if covered == coverage.samples.len() {
+        // An opaque plate has the lights of one without alpha.
+        return vec![0.0; count];
+    }
     let mean = |plane: &Plane| {
         // Parts of one size, added in order: the sum is the same whatever the number of threads.
         const PART: usize = 1 << 14;
         let parts = (plane.samples.par_chunks(PART)).zip(coverage.samples.par_chunks(PART));
-        let sums: Vec<(f64, usize)> = parts
+        let sums: Vec<f64> = parts
             .map(|(light, coverage)| {
                 let covered = light.iter().zip(coverage).filter(|(_, of)| **of > 0.0);
-                covered.fold((0.0, 0), |(sum, pixels), (light, _)| {
-                    (sum + f64::from(light.abs()), pixels + 1)
-                })
+                covered.map(|(light, _)| f64::from(light.abs())).sum()
             })
             .collect();
-        let sum: f64 = sums.iter().map(|part| part.0).sum();
-        let pixels: usize = sums.iter().map(|part| part.1).sum();
-        (sum / pixels.max(1) as f64) as f32
+        let sum: f64 = sums.iter().sum();
+        (sum / covered.max(1) as f64) as f32
     };
     let limit = |plane: &Plane| CRITERION.contrast * mean(plane);
     light.iter().map(limit).collect()
