@@ -122,9 +122,10 @@ impl GapStatistics {
         (REAL_GAP_RATIO * (self.misfit + MODEL_ERROR)).min(MAX_OWN_GAP)
     }
 
-    /// Returns the part of the gap that the best single effect closes on zones left out of its fit.
+    /// Returns the part of the gap that the best single effect closes on zones left out of its fit. Where noise leaves less than nothing,
+    /// it closes the gap and no more.
     fn closed(&self) -> f64 {
-        (self.before - self.best).max(0.0)
+        (self.before - self.best.max(0.0)).max(0.0)
     }
 
     /// Returns whether a gap is seen: it exceeds the detection limit, or what an effect closes of it does, or the gap without weights.
@@ -308,6 +309,13 @@ mod tests {
         assert!(closed(0.0002).is_seen());
         assert!(closed(0.0002).none() < 0.2);
         assert!(!closed(0.003).is_seen());
+        let within_noise = GapStatistics {
+            before: 0.0005,
+            best: -0.2,
+            ..NOISY
+        };
+        assert!(!within_noise.is_seen());
+        assert!(within_noise.none() > 0.5);
         let larger = GapStatistics {
             before: 0.006,
             best: 0.006,
