@@ -157,13 +157,13 @@ impl SelfTest {
             ),
             measure(
                 "cpu_seconds_median",
-                "processor seconds of a diagnosis, median",
+                "processor seconds of a case, median",
                 s.cpu_seconds_median,
                 Some(AtMost(15.0)),
             ),
             measure(
                 "cpu_seconds_p90",
-                "processor seconds of a diagnosis, 90th percentile",
+                "processor seconds of a case, 90th percentile",
                 s.cpu_seconds_p90,
                 Some(AtMost(45.0)),
             ),

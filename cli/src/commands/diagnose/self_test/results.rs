@@ -38,7 +38,7 @@ pub struct CaseResult {
     pub withheld: Option<WithheldResult>,
     /// The diagnosis with the advised capture, of ambiguous cases.
     pub advised: Option<AdvisedResult>,
-    /// Processor time of the fit before the diagnosis, seconds, where it can be measured.
+    /// Processor time of the fit alone, seconds, where it can be measured.
     pub fit_cpu_seconds: Option<f64>,
 }
 
@@ -150,7 +150,7 @@ impl CaseResult {
         };
         format!(
             "case {}: {right}; {} -> {}, added {added}, odds {}; gap {:.4}, closed {:.3} of {:.3}; {}, {} x {} tiles of {} px, \
-             SNR {:.0}{ideal}; {:.1} s, {} CPU s after {} of the fit",
+             SNR {:.0}{ideal}; {:.1} s, {} CPU s, {} of them for the fit",
             self.index,
             self.truth(),
             o.verdict,
@@ -198,7 +198,7 @@ mod tests {
             "{line}"
         );
         assert!(
-            line.ends_with("12.5 s, 20.0 CPU s after 4.0 of the fit"),
+            line.ends_with("12.5 s, 20.0 CPU s, 4.0 of them for the fit"),
             "{line}"
         );
         let settled = test.advised_settled();

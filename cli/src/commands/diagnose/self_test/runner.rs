@@ -73,7 +73,7 @@ pub fn run(plan: &Plan, pool: Option<&ThreadPool>, observer: &mut Observer) -> S
     }
 }
 
-/// The time that a fit and a diagnosis took: all of it, and the processor time of the diagnosis alone.
+/// The time that a fit and a diagnosis took.
 #[derive(Debug, Clone, Copy)]
 struct TimeTaken {
     seconds: f64,
@@ -117,9 +117,8 @@ fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> 
     let passes = if plan.withhold { 2.0 } else { 1.0 };
     let first = |share: f64| progress(share / passes);
     let blind = fit_and_diagnose(&design, &real, recipe.model, &plan.library, &first);
-    let mut time = stopwatch.read();
+    let time = stopwatch.read();
     let fit_cpu_seconds = blind.as_ref().ok().and_then(|blind| blind.fit_cpu_seconds);
-    time.cpu_seconds = (time.cpu_seconds).map(|all| all - fit_cpu_seconds.unwrap_or(0.0));
     let withheld = (plan.withhold && answer.kind == "single").then(|| {
         let second = |share: f64| progress((1.0 + share) / passes);
         let library = library_without(&plan.library, &answer.effects);
