@@ -110,7 +110,7 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
     );
     let asked = options.only.as_ref();
     if !options.quick && asked.is_none_or(|only| depth::NAME.contains(only)) {
-        println!("{}\n", depth::line(options.rounds)?);
+        println!("{}\n", depth::report(options.rounds)?);
     }
     for line in machine::description(THREADS) {
         println!("- {line}");

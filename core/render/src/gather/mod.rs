@@ -254,8 +254,10 @@ impl Job<'_> {
         sides: &TileSides,
         split: &HighlightSplit,
     ) -> Result<Rendered> {
+        let (distinct, light_of) = distinct(&self.views(split));
         let pass = ScatterPass {
-            levels: source_levels(&self.lens, &self.views(split), self.scene, sides)?,
+            levels: source_levels(&self.lens, &distinct, self.scene, sides)?,
+            light_of: &light_of,
             mix_of: &self.mix_of,
             size: self.size(),
             edges: self.scene.edges,
@@ -364,6 +366,21 @@ fn rendered(
             highlights: split.pixel_count(),
         },
     }
+}
+
+/// Returns `views` without those of the same samples as an earlier one, as presence has them for each channel, and the place of each view
+/// among these.
+fn distinct<'a>(views: &[View<'a>]) -> (Vec<View<'a>>, Vec<usize>) {
+    let mut distinct: Vec<View> = Vec::new();
+    let places = views.iter().map(|view| {
+        let known = (distinct.iter()).position(|other| std::ptr::eq(other.samples, view.samples));
+        known.unwrap_or_else(|| {
+            distinct.push(*view);
+            distinct.len() - 1
+        })
+    });
+    let places = places.collect();
+    (distinct, places)
 }
 
 /// Returns the corners of tiles.

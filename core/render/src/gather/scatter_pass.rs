@@ -23,6 +23,8 @@ const SQUARE: usize = 64;
 pub(super) struct ScatterPass<'a> {
     /// Finest first.
     pub(super) levels: Vec<SourceLevel>,
+    /// Index of each plane's light on every level.
+    pub(super) light_of: &'a [usize],
     /// Index of each plane's channel mix.
     pub(super) mix_of: &'a [usize],
     pub(super) size: Size,
@@ -76,12 +78,14 @@ impl ScatterPass<'_> {
             .par_iter()
             .map_init(BilinearFir::default, |fir, tile| {
                 let [left, top] = level.grid.first_pixel(*tile);
+                let take = |image| TileLight::take(image, left, top, side);
+                let light: Vec<Option<TileLight>> = level.light.iter().map(take).collect();
                 let mut patches = vec![None; self.mix_of.len()];
                 for mix in mixes.clone() {
                     let planes = (self.mix_of.iter().enumerate()).filter(|(_, of)| **of == mix);
-                    let (lit, lights): (Vec<usize>, Vec<TileLight>) = planes
+                    let (lit, lights): (Vec<usize>, Vec<&TileLight>) = planes
                         .filter_map(|(plane, _)| {
-                            let light = TileLight::take(&level.light[plane], left, top, side)?;
+                            let light = light[self.light_of[plane]].as_ref()?;
                             Some((plane, light))
                         })
                         .unzip();

@@ -20,7 +20,7 @@ const COARSEST: u32 = 8;
 /// The light of one level, and the kernels that scatter it.
 pub(super) struct SourceLevel {
     pub(super) grid: TileGrid,
-    /// Light to scatter on this level, plane by plane.
+    /// Light to scatter on this level, that of planes with the same samples once.
     pub(super) light: Vec<Image>,
     /// Tiles that hold light.
     pub(super) tiles: Vec<GridIndex>,

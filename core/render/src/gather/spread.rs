@@ -74,7 +74,7 @@ const TOGETHER: usize = 2;
 
 /// Spreads the light of the same tile at (`left`, `top`) of some planes with the kernels that `fir` interpolates: offsets are those of
 /// the target from the source.
-pub(super) fn spread(fir: &BilinearFir, tiles: &[TileLight], left: i32, top: i32) -> Vec<Image> {
+pub(super) fn spread(fir: &BilinearFir, tiles: &[&TileLight], left: i32, top: i32) -> Vec<Image> {
     let (whole, rest) = tiles.as_chunks::<TOGETHER>();
     let pairs = whole
         .iter()
@@ -88,7 +88,7 @@ pub(super) fn spread(fir: &BilinearFir, tiles: &[TileLight], left: i32, top: i32
 /// [`spread`] for `N` planes.
 fn spread_together<const N: usize>(
     fir: &BilinearFir,
-    tiles: &[TileLight; N],
+    tiles: &[&TileLight; N],
     left: i32,
     top: i32,
 ) -> [Image; N] {
@@ -115,7 +115,7 @@ fn spread_together<const N: usize>(
 struct Spreading<'a, const N: usize> {
     runs: &'a [TapRun],
     taps: &'a [[f32; 4]],
-    tiles: &'a [TileLight; N],
+    tiles: &'a [&'a TileLight; N],
     stride: usize,
     out: [&'a mut [f32]; N],
 }
@@ -239,7 +239,7 @@ mod tests {
                 *sample = (random.unit() as f32 - 0.7).max(0.0);
             }
             let light = || TileLight::take(&image, left, top, side).expect("light");
-            let found = spread(&fir, &[light(), light(), light()], left, top);
+            let found = spread(&fir, &[&light(), &light(), &light()], left, top);
             assert_eq!(found[0].samples, found[1].samples);
             assert_eq!(found[0].samples, found[2].samples);
             let found = &found[0];

@@ -11,7 +11,8 @@
 //!
 //!   T <- T (1 - q G),  G <- G (1 - q) / (1 - q G),
 //!
-//! which keeps T (1 - G). At the end the picture is divided by the sum of u, which fills what no layer covers. Coverage
+//! which keeps T (1 - G). At the end the picture is divided by the sum of u, which fills what no layer covers. Each layer takes u off
+//! T (1 - G), so the sum is 1 - T (1 - G), unless outlines dim layers behind them. Coverage
 //! and light have the same weights: an opaque plate stays opaque, a transparent one as transparent as it is.
 
 use super::Holdout;
@@ -49,8 +50,8 @@ struct MixRow {
     transmittance: Vec<f32>,
     /// G.
     surface: Vec<f32>,
-    /// Sum of u.
-    used: Vec<f32>,
+    /// Sum of u where there are outlines; without them it follows from T and G.
+    used: Option<Vec<f32>>,
 }
 
 /// A blurred crop of a depth layer.
@@ -85,12 +86,14 @@ pub(super) struct Outline<'a> {
 impl Compositor {
     /// An empty composite of the `window` of a plate of `plate_width` columns.
     ///
-    /// `presence_of` holds the weight of each presence plane for each channel mix, `mix_of` the mix of each plane.
+    /// `presence_of` holds the weight of each presence plane for each channel mix, `mix_of` the mix of each plane. `mattes` are those of
+    /// all layers.
     pub(super) fn new(
         window: RenderWindow,
         plate_width: usize,
         presence_of: Vec<Vec<f32>>,
         mix_of: Vec<usize>,
+        mattes: &SharpMattes,
     ) -> Self {
         let RenderWindow { width, height, .. } = window;
         let row = || Row {
@@ -99,7 +102,7 @@ impl Compositor {
                 MixRow {
                     transmittance: vec![1.0; width],
                     surface: vec![0.0; width],
-                    used: vec![0.0; width],
+                    used: mattes.outline.map(|_| vec![0.0; width]),
                 };
                 presence_of.len()
             ],
@@ -148,10 +151,10 @@ impl Compositor {
         let Self { rows, mix_of, .. } = self;
         let plane = |(index, &mix): (usize, &usize)| {
             let row = |row: &Row| {
-                let used = row.mixes[mix].used.iter();
+                let used = row.mixes[mix].used();
                 let pairs = row.planes[index].iter().zip(used);
                 pairs
-                    .map(|(light, used)| if *used > 0.0 { light / used } else { 0.0 })
+                    .map(|(light, used)| if used > 0.0 { light / used } else { 0.0 })
                     .collect::<Vec<_>>()
             };
             rows.par_iter().flat_map_iter(row).collect()
@@ -272,10 +275,9 @@ impl MixRow {
     ) {
         let state = self.transmittance[columns.clone()]
             .iter_mut()
-            .zip(&mut self.surface[columns.clone()])
-            .zip(&mut self.used[columns]);
-        let layer = presence.iter().zip(outline).zip(shares);
-        for (((transmittance, surface), used), ((m, outline), share)) in state.zip(layer) {
+            .zip(&mut self.surface[columns.clone()]);
+        let layer = presence.iter().zip(outline).zip(&mut *shares);
+        for ((transmittance, surface), ((m, outline), share)) in state.zip(layer) {
             // Rounding in the inner renderer can make presence slightly negative.
             let m = m.max(0.0);
             let gap = (1.0 - m / EMPTY).max(0.0);
@@ -291,8 +293,26 @@ impl MixRow {
             let taken = m.min(1.0 - *surface).max(0.0);
             *surface += taken;
             let u = *transmittance * taken * outline;
-            *used += u;
             *share = if m > 0.0 { u / m } else { 0.0 };
+        }
+        if let Some(used) = &mut self.used {
+            let layer = presence.iter().zip(&*shares);
+            for (used, (m, share)) in used[columns].iter_mut().zip(layer) {
+                *used += share * m.max(0.0);
+            }
+        }
+    }
+
+    /// Returns the sum of u at each pixel.
+    fn used(&self) -> Vec<f32> {
+        match &self.used {
+            Some(used) => used.clone(),
+            None => {
+                let state = self.transmittance.iter().zip(&self.surface);
+                state
+                    .map(|(transmittance, surface)| 1.0 - transmittance * (1.0 - surface))
+                    .collect()
+            }
         }
     }
 }

@@ -252,6 +252,8 @@ impl LayeredRenderer<'_> {
         };
         check_cancelled()?;
         let corrections = mixed_pixels.corrections(&input);
+        // As large as the plate.
+        drop(mixed_pixels);
         check_cancelled()?;
         let hidden = self.hidden_samples(&input, &layers, &|| progress(0.0));
         let hidden = hidden.ok_or_else(cancelled)?;
@@ -279,6 +281,7 @@ impl LayeredRenderer<'_> {
             scene.width,
             mixes.presence_of.clone(),
             mixes.mix_of.clone(),
+            &mattes,
         );
         let crops = source.crops(scene, &layers, window);
         let layer_blur = LayerBlur {
