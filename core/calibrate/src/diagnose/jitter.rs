@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
+use super::matched_filter;
 use super::prediction::TilePredictor;
 use super::registration::Registration;
 use super::search::Candidate;
@@ -27,14 +28,14 @@ const ITERATIONS: usize = 2;
 
 /// Tiles that share one shift: those of an observation, or a single one that is placed by its own centroid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Group {
+pub(super) struct Group {
     observation: usize,
     /// The channel of a single tile.
     channel: Option<usize>,
 }
 
 impl Group {
-    fn of(tile: &TileData) -> Self {
+    pub(super) fn of(tile: &TileData) -> Self {
         let own = tile.registration.is_own_centroid();
         Self {
             observation: tile.observation,
@@ -64,6 +65,7 @@ pub(super) fn place_by_pixels(hypothesis: &Hypothesis, theta: &[f64], tiles: &mu
     {
         return;
     }
+    matched_filter::place(hypothesis, theta, tiles);
     shifted(tiles, MAX_CENTROID_ERROR_PX, |tiles| {
         let shifts = shifts(hypothesis, theta, tiles).into_iter();
         shifts.filter(|s| !is_stated(s.0, tiles)).collect()

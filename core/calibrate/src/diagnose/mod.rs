@@ -20,6 +20,7 @@ mod hypothesis;
 mod jitter;
 mod joint;
 mod joint_search;
+mod matched_filter;
 mod model_share;
 mod next_capture;
 mod one_distance;

@@ -143,10 +143,10 @@ pub(super) fn probabilities(contenders: &[CandidateScore], scale: GapScale) -> V
     weights.iter().map(|w| w / sum).collect()
 }
 
-/// Returns the probability that no effect is missing: that the gap `before` (standard error `sigma`) equals
-/// the lens's own `misfit`, where the best hypothesis leaves `best`.
-pub(super) fn nothing_missing(before: f64, sigma: f64, misfit: f64, best: f64) -> f64 {
-    let limit = REAL_GAP_RATIO * (misfit + 2.0 * sigma + MODEL_ERROR);
+/// Returns the probability that no effect is missing: that the gap `before` (standard error `sigma`) is within `own_limit`, the detection
+/// limit without noise, where the best hypothesis leaves `best`.
+pub(super) fn nothing_missing(before: f64, sigma: f64, own_limit: f64, best: f64) -> f64 {
+    let limit = own_limit + REAL_GAP_RATIO * 2.0 * sigma;
     let before = before.max(1e-12);
     // An effect that closes a gap above the limit is evidence that it is missing, however small the gap.
     let closed = 1.0 - (best.max(0.0) / before).min(1.0);
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_gap_as_large_as_the_lens_leaves_is_none() {
-        assert!(nothing_missing(4e-4, 1e-5, 4e-4, 3.9e-4) > 0.97);
-        assert!(nothing_missing(0.05, 1e-5, 4e-4, 1e-3) < 1e-3);
+        assert!(nothing_missing(4e-4, 1e-5, 2.5e-3, 3.9e-4) > 0.97);
+        assert!(nothing_missing(0.05, 1e-5, 2.5e-3, 1e-3) < 1e-3);
     }
 }

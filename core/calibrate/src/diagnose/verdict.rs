@@ -162,10 +162,11 @@ impl GapStatistics {
     }
 
     fn none(&self) -> f64 {
-        let of_gap = nothing_missing(self.before, self.sigma, self.misfit, self.best);
-        let of_closed = nothing_missing(self.closed(), self.sigma_of_change, self.misfit, 0.0);
+        let limit = self.own_limit();
+        let of_gap = nothing_missing(self.before, self.sigma, limit, self.best);
+        let of_closed = nothing_missing(self.closed(), self.sigma_of_change, limit, 0.0);
         let MeasuredGap { gap, sigma } = self.plain;
-        let of_plain = nothing_missing(gap, sigma, self.misfit, gap);
+        let of_plain = nothing_missing(gap, sigma, limit, gap);
         of_gap.min(of_closed).min(of_plain)
     }
 
