@@ -1,50 +1,64 @@
-//! The fingerprint of a prepared plate: a hash of everything that its results depend on.
+//! The fingerprint of a plate and its lens: a hash of everything that results depend on.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use seidel_render::VergencePass;
+use crate::image::Image;
+use crate::plate::{Depth, Plate};
+use crate::session::LensSession;
 
-use crate::plate::Depth;
-use crate::prepared::PreparedPlate;
-
-impl PreparedPlate {
-    /// Returns a hash of everything that the results of this plate depend on: lens, settings, placement, samples, depth,
-    /// holdout and background. It is the same in one version of the library only.
-    pub fn fingerprint(&self) -> u64 {
+impl LensSession {
+    /// Returns a hash of everything that the results of `plate` through this lens depend on: lens, settings, and the plate with its
+    /// geometry, depth, holdout and background. It is the same in one version of the library only.
+    ///
+    /// It is of the plate as given, before it is [prepared](Self::prepare): a caller that has the result of the same fingerprint need
+    /// not prepare it.
+    pub fn fingerprint(&self, plate: &Plate) -> u64 {
+        let Plate {
+            image,
+            geometry,
+            depth,
+            holdout,
+            background,
+        } = plate;
         let mut hasher = DefaultHasher::new();
         // The text forms name every field, so that a new one is never forgotten.
-        self.session().lens().to_json().hash(&mut hasher);
-        format!("{:?}", self.session().settings()).hash(&mut hasher);
-        format!("{:?} {:?}", self.geometry(), self.own_part()).hash(&mut hasher);
-        format!("{:?}", self.premultiplied().layout()).hash(&mut hasher);
-        hash_planes(self.planes().iter().map(Vec::as_slice), &mut hasher);
-        match self.depth().source() {
-            Depth::Distance(distance) => format!("{distance:?}").hash(&mut hasher),
-            Depth::Pass(pass) => {
+        self.lens().to_json().hash(&mut hasher);
+        format!("{:?} {geometry:?}", self.settings()).hash(&mut hasher);
+        hash_image(image, &mut hasher);
+        hash_depth(depth, &mut hasher);
+        if let Some(holdout) = holdout {
+            "holdout".hash(&mut hasher);
+            hash_planes([holdout.samples.as_slice()], &mut hasher);
+            if let Some(pass) = &holdout.depth {
                 format!("{:?}", pass.meaning).hash(&mut hasher);
                 hash_planes([pass.samples.as_slice()], &mut hasher);
             }
         }
-        if let Some(holdout) = self.holdout() {
-            "holdout".hash(&mut hasher);
-            hash_planes([holdout.matte()], &mut hasher);
-            holdout
-                .vergence()
-                .inspect(|pass| hash_pass(pass, &mut hasher));
-        }
-        if let Some(background) = self.background() {
+        if let Some(background) = background {
             "background".hash(&mut hasher);
-            hash_planes(background.planes(), &mut hasher);
-            hash_pass(&background.vergence(), &mut hasher);
+            hash_image(&background.image, &mut hasher);
+            hash_depth(&background.depth, &mut hasher);
         }
         hasher.finish()
     }
 }
 
-fn hash_pass(pass: &VergencePass, hasher: &mut DefaultHasher) {
-    match pass {
-        VergencePass::Constant(vergence) => vergence.to_bits().hash(hasher),
-        VergencePass::PerPixel(pass) => hash_planes([*pass], hasher),
+fn hash_image(image: &Image, hasher: &mut DefaultHasher) {
+    let layout = (&image.names, image.alpha.is_some(), image.alpha_kind);
+    format!("{} x {} {layout:?}", image.width(), image.height()).hash(hasher);
+    let planes = (image.colours.iter())
+        .chain(&image.alpha)
+        .chain(&image.channel_alphas);
+    hash_planes(planes.map(Vec::as_slice), hasher);
+}
+
+fn hash_depth(depth: &Depth, hasher: &mut DefaultHasher) {
+    match depth {
+        Depth::Distance(distance) => format!("{distance:?}").hash(hasher),
+        Depth::Pass(pass) => {
+            format!("{:?}", pass.meaning).hash(hasher);
+            hash_planes([pass.samples.as_slice()], hasher);
+        }
     }
 }
 

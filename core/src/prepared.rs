@@ -166,19 +166,9 @@ impl PreparedPlate {
         &self.depth
     }
 
-    /// The holdout matte, where there is one.
-    pub(crate) fn holdout(&self) -> Option<&PreparedHoldout> {
-        self.holdout.as_ref()
-    }
-
     /// The background, where there is one.
     pub(crate) fn background(&self) -> Option<&PreparedBackground> {
         self.background.as_ref()
-    }
-
-    /// The pixels of the plate before it was expanded.
-    pub(crate) fn own_part(&self) -> Option<RenderWindow> {
-        self.own
     }
 
     /// Replaces the session by another one of the same lens, such as one with a smaller amount.

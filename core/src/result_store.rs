@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 ///
 /// The results that were used last stay, as many as fit into a number of bytes.
 ///
-/// [fingerprint]: crate::PreparedPlate::fingerprint
+/// [fingerprint]: crate::LensSession::fingerprint
 #[derive(Debug)]
 pub struct ResultStore<T> {
     max_bytes: usize,

@@ -10,7 +10,7 @@ use seidel_ofx_host::host::Host;
 use seidel_ofx_host::host::effect::ParameterValue;
 use seidel_ofx_host::host::profile::Profile;
 use seidel_ofx_host::host::render_time::RenderTime;
-use seidel_ofx_host::picture::{Picture, Rect, plate};
+use seidel_ofx_host::picture::{Picture, Rect, noise};
 use seidel_ofx_host::runner::built_plugin;
 use seidel_ofx_host::scene::{Input, Scene};
 
@@ -59,6 +59,23 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+/// An opaque plate of noise and a gradient, with a small light on one of 5000 pixels.
+fn plate(bounds: Rect) -> Picture {
+    Picture::from_fn(bounds, 4, |x, y, c| {
+        let light = if noise(x, y, 9, 1) > 0.9998 {
+            20.0
+        } else {
+            0.0
+        };
+        let gradient = 0.1 + 0.3 * x as f32 / bounds.width() as f32;
+        if c == 3 {
+            1.0
+        } else {
+            gradient + 0.4 * noise(x, y, c, 1) + light
+        }
+    })
+}
+
 /// Depth of a floor from 1.5 to 20 m with two cards on it.
 fn depth(bounds: Rect) -> Picture {
     let (width, height) = (bounds.width() as f32, bounds.height() as f32);
@@ -76,7 +93,7 @@ fn depth(bounds: Rect) -> Picture {
 
 fn scene(bounds: Rect) -> Scene {
     let mask = Picture::from_fn(bounds, 1, |x, _, _| x as f32 / bounds.width() as f32);
-    Scene::new(plate(bounds, 4, 1))
+    Scene::new(plate(bounds))
         .connect("Depth", Input::still(depth(bounds)))
         .connect("Mask", Input::still(mask))
 }

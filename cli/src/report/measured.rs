@@ -240,7 +240,11 @@ impl MeasuredPage<'_> {
             ),
             (
                 Reason::Double,
-                "Many lights overlap: put them farther apart.",
+                if self.kind == EDGES {
+                    "Many edges have another one close beside them: print larger squares, farther apart."
+                } else {
+                    "Many lights overlap: put them farther apart."
+                },
             ),
             (
                 Reason::Moved,

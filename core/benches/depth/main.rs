@@ -38,10 +38,6 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     let rounds = after("--rounds").map_or(Ok(3), |rounds| rounds.parse())?;
-    if std::env::var_os("MOTION").is_some() {
-        println!("{}", aim::table(&motion::aims()?));
-        return Ok(());
-    }
     let moments = lens_of_moments()?;
     let mut aims = times::aims(&moments, rounds)?;
     aims.extend(accuracy::aims(&moments)?);

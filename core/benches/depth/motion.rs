@@ -67,21 +67,6 @@ fn change_beyond_blur(lens: &Lens) -> Result<f64> {
     for frame in 0..FRAMES {
         let plate = plate(&dark_shot(frame), WIDTH)?;
         let now = samples(lens, &plate, &Settings::default())?;
-        if std::env::var_os("MOTION").is_some() {
-            let mut o = Settings::default();
-            o.occlusion.as_mut().map(|o| o.fill_foreground = false);
-            let n2 = samples(lens, &plate, &o)?;
-            let at = |x: usize, y: usize| 3 * (y * WIDTH + x) + 1;
-            eprintln!(
-                "V {frame} {:.4} {:.4} nofill {:.4} {:.4} plate {:.4} {:.4}",
-                now[at(68, 240)],
-                now[at(57, 240)],
-                n2[at(68, 240)],
-                n2[at(57, 240)],
-                plate.image.to_interleaved()[at(68, 240)],
-                plate.image.to_interleaved()[at(57, 240)]
-            );
-        }
         let left = scaled(300 + 8 * frame);
         let near = left.saturating_sub(scaled(8) + REACH_PX)..left + scaled(320) + REACH_PX;
         let lines = top.saturating_sub(REACH_PX)..(bottom + REACH_PX).min(height);
@@ -89,12 +74,6 @@ fn change_beyond_blur(lens: &Lens) -> Result<f64> {
             for (index, (a, b)) in now.iter().zip(before).enumerate() {
                 let (x, y) = (index / 3 % WIDTH, index / 3 / WIDTH);
                 if !near.contains(&x) || !lines.contains(&y) {
-                    if (a - b).abs() > 3e-4 && index % 3 == 1 {
-                        eprintln!(
-                            "frame {frame} {x} {y} {:.1e} near {near:?} {lines:?}",
-                            a - b
-                        );
-                    }
                     largest = largest.max((a - b).abs());
                 }
             }

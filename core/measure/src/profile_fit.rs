@@ -188,6 +188,23 @@ pub fn fit(pixels: &[LightPixel], noise: PixelNoise, start: Start) -> Option<Pro
     })
 }
 
+/// Fits the flux alone of `pixels`, with the place and the Gaussian of `like`: for a channel too faint to show its own. `None` where they hold
+/// no light of positive flux.
+pub fn fit_flux(pixels: &[LightPixel], noise: PixelNoise, like: &Profile) -> Option<Profile> {
+    let shape = Shape::new(like.centroid, like.covariance, MIN_VARIANCE_PX2);
+    let values: Vec<f64> = pixels.iter().map(|p| p.value).collect();
+    let solved = solve(pixels, noise, &shape, 0, &values)?;
+    let profile = solved.profile(pixels, noise, &shape)?;
+    let relative = profile.flux_sigma / profile.flux;
+    (profile.flux > 0.0 && relative < MAX_RELATIVE_FLUX_SIGMA).then(|| Profile {
+        // That of a matched filter.
+        centroid_sigma: like.largest_sigma_px() * relative,
+        third: like.third,
+        shape_sigma: (like.shape_sigma).map(|sigma| sigma * relative * like.flux / like.flux_sigma),
+        ..profile
+    })
+}
+
 fn fit_order(
     pixels: &[LightPixel],
     noise: PixelNoise,

@@ -1,10 +1,8 @@
 //! Results of earlier renders: another mix or mask of the same render needs no render.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-use seidel_core::render::RenderWindow;
-use seidel_core::{Image, PreparedPlate, ResultStore};
+use seidel_core::{Image, ResultStore};
 
 use crate::host::Result;
 
@@ -19,22 +17,14 @@ pub(super) struct KeptResult {
 
 static RESULTS: ResultStore<KeptResult> = ResultStore::new(MOST_BYTES);
 
-/// Returns what `render` makes of `plate`, or made before. The `name` tells its computations apart. `None` if `render` returns
-/// none.
+/// Returns what `render` makes, or made before with the same `key`, a hash of all that it is made from. `None` if `render` returns none.
 ///
 /// # Errors
 /// Those of `render`.
 pub(super) fn kept_or_rendered(
-    plate: &PreparedPlate,
-    name: &str,
-    other: Option<&PreparedPlate>,
-    window: Option<RenderWindow>,
+    key: u64,
     render: impl FnOnce() -> Result<Option<KeptResult>>,
 ) -> Result<Option<Arc<KeptResult>>> {
-    let mut hasher = DefaultHasher::new();
-    (plate.fingerprint(), other.map(PreparedPlate::fingerprint)).hash(&mut hasher);
-    (name, window.map(|w| [w.column, w.row, w.width, w.height])).hash(&mut hasher);
-    let key = hasher.finish();
     if let Some(result) = RESULTS.get(key) {
         return Ok(Some(result));
     }

@@ -1,5 +1,6 @@
 //! The computation of a render, by the core.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use seidel_core::render::RenderWindow;
@@ -77,13 +78,9 @@ impl RenderJob {
             window,
         } = self;
         let extent = plate.geometry.data;
-        let map = match task {
-            Task::Confidence => Some(NoiseGain::Skip),
-            Task::NoiseGain => Some(NoiseGain::Measure),
-            _ => None,
-        };
+        let is_map = matches!(task, Task::Confidence | Task::NoiseGain);
         let strength = session.settings().removal.strength;
-        if map.is_some() && (session.is_neutral() || strength == 0.0) {
+        if is_map && (session.is_neutral() || strength == 0.0) {
             // The plate stays as it is: it is certain everywhere, and so is its noise.
             let channels = plate.image.colours.len() + plate.image.alpha.iter().len();
             let image = Interleaved::new(window, channels, |_, row| row.fill(1.0))?;
@@ -92,109 +89,98 @@ impl RenderJob {
                 warnings: Vec::new(),
             }));
         }
-        let prepared = session.prepare(plate)?;
-        if effect.is_aborted() {
-            return Ok(None);
+        // The whole plate, but for `apply`, which renders what is asked for.
+        let target = match task {
+            Task::Apply => window,
+            _ => extent,
+        };
+        let mut hasher = DefaultHasher::new();
+        session.fingerprint(&plate).hash(&mut hasher);
+        if let Task::Relens(other) = &task {
+            other.fingerprint(&plate).hash(&mut hasher);
         }
-        let (result, origin) = match task {
-            Task::Apply => {
-                let own = Arc::new(prepared);
-                let (prepared, extent) = if margins.is_none() {
-                    (Arc::clone(&own), extent)
-                } else {
-                    (Arc::new(own.expanded(margins)?), margins.around(extent))
-                };
+        let part = [
+            target.x,
+            target.y,
+            target.width as i32,
+            target.height as i32,
+        ];
+        format!("{} {margins:?} {part:?}", task.name()).hash(&mut hasher);
+        let render = || {
+            // On the threads of the plugin, so that the host is asked to abort meanwhile.
+            threads::run(effect, move |progress| {
+                let prepared = session.prepare(plate)?;
+                task.compute(prepared, margins, window, progress)
+            })
+        };
+        let Some(result) = kept_or_rendered(hasher.finish(), render)? else {
+            return Ok(None);
+        };
+        Ok(Some(Rendered {
+            image: interleave(&result.image, target, window)?,
+            warnings: result.warnings.clone(),
+        }))
+    }
+}
+
+impl Task {
+    /// Name of the computation.
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Apply => "apply",
+            Self::Remove => "remove",
+            Self::MatchColours => "match colours",
+            Self::Confidence => "confidence",
+            Self::NoiseGain => "noise gain",
+            Self::CocMap => "coc map",
+            Self::Relens(_) => "relens",
+        }
+    }
+
+    /// Computes the result from `plate`: of the `window` of it with `margins`, in plate pixels, for [`Task::Apply`], and of the whole for
+    /// others.
+    ///
+    /// # Errors
+    /// A plate that cannot be expanded or rendered through the other lens, and those of the core's functions of the same names.
+    fn compute(
+        self,
+        plate: PreparedPlate,
+        margins: Margins,
+        window: Rectangle,
+        progress: &Progress,
+    ) -> seidel_core::Result<KeptResult> {
+        let image = match self {
+            Self::Apply => {
+                let expanded = (!margins.is_none()).then(|| plate.expanded(margins));
+                let expanded = expanded.transpose()?;
+                let target = expanded.as_ref().unwrap_or(&plate);
+                let extent = target.geometry().data;
                 let part = RenderWindow {
                     column: (window.x - extent.x) as usize,
                     row: (window.y - extent.y) as usize,
                     width: window.width,
                     height: window.height,
                 };
-                let plate = Arc::clone(&prepared);
-                let work = move |progress: &Progress<'_>| {
-                    let planes = plate.apply_window(part, progress)?;
-                    Ok(KeptResult {
-                        image: plate.to_image_of_window(part, planes)?,
-                        // The depth of added margins repeats that of the border.
-                        warnings: warnings(&own)?,
-                    })
-                };
-                let render = || threads::run(effect, work);
-                let result = kept_or_rendered(&prepared, "apply", None, Some(part), render)?;
-                (result, window)
+                let planes = target.apply_window(part, progress)?;
+                target.to_image_of_window(part, planes)?
             }
-            Task::Relens(other) => {
-                let other = Arc::new(prepared.for_session(&other)?);
-                let (prepared, target) = (Arc::new(prepared), Arc::clone(&other));
-                let plate = Arc::clone(&prepared);
-                let work = move |progress: &Progress<'_>| {
-                    Ok(KeptResult {
-                        image: plate.relens(&target, progress)?,
-                        warnings: warnings(&plate)?,
-                    })
-                };
-                let render = || threads::run(effect, work);
-                let result = kept_or_rendered(&prepared, "relens", Some(&other), None, render)?;
-                (result, extent)
+            Self::Relens(other) => {
+                let other = plate.for_session(&other)?;
+                plate.relens(&other, progress)?
             }
-            Task::CocMap => {
-                let prepared = Arc::new(prepared);
-                let plate = Arc::clone(&prepared);
-                let work = move |_: &Progress<'_>| {
-                    Ok(KeptResult {
-                        image: coc_map(&plate)?,
-                        warnings: warnings(&plate)?,
-                    })
-                };
-                let render = || threads::run(effect, work);
-                let result = kept_or_rendered(&prepared, "coc map", None, None, render)?;
-                (result, extent)
-            }
-            Task::MatchColours => {
-                let prepared = Arc::new(prepared);
-                let plate = Arc::clone(&prepared);
-                let work = move |progress: &Progress<'_>| {
-                    Ok(KeptResult {
-                        image: plate.to_image(plate.match_colours(progress)?)?,
-                        warnings: warnings(&plate)?,
-                    })
-                };
-                let render = || threads::run(effect, work);
-                let result = kept_or_rendered(&prepared, "match colours", None, None, render)?;
-                (result, extent)
-            }
-            Task::Remove | Task::Confidence | Task::NoiseGain => {
-                let prepared = Arc::new(prepared);
-                let plate = Arc::clone(&prepared);
-                let work = move |progress: &Progress<'_>| {
-                    let image = match map {
-                        Some(noise_gain) => removal_map(&plate, noise_gain, progress)?,
-                        None => plate
-                            .remove(NoiseGain::Skip, progress)?
-                            .sharp_image(&plate)?,
-                    };
-                    Ok(KeptResult {
-                        image,
-                        warnings: warnings(&plate)?,
-                    })
-                };
-                let name = match map {
-                    None => "remove",
-                    Some(NoiseGain::Skip) => "confidence",
-                    Some(NoiseGain::Measure) => "noise gain",
-                };
-                let render = || threads::run(effect, work);
-                let result = kept_or_rendered(&prepared, name, None, None, render)?;
-                (result, extent)
-            }
+            Self::CocMap => coc_map(&plate)?,
+            Self::MatchColours => plate.to_image(plate.match_colours(progress)?)?,
+            Self::Confidence => removal_map(&plate, NoiseGain::Skip, progress)?,
+            Self::NoiseGain => removal_map(&plate, NoiseGain::Measure, progress)?,
+            Self::Remove => plate
+                .remove(NoiseGain::Skip, progress)?
+                .sharp_image(&plate)?,
         };
-        let Some(result) = result else {
-            return Ok(None);
-        };
-        Ok(Some(Rendered {
-            image: interleave(&result.image, origin, window)?,
-            warnings: result.warnings.clone(),
-        }))
+        Ok(KeptResult {
+            image,
+            // The depth of added margins repeats that of the border.
+            warnings: warnings(&plate)?,
+        })
     }
 }
 

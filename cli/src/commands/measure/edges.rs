@@ -284,7 +284,7 @@ fn print_report(args: &EdgesArgs, measured: &MeasuredEdges, fit: &EdgeFit, conso
     }
     let axis = fit.lens.frame.axis();
     let sigma = fit.axis.map_or_else(String::new, |axis| {
-        format!(" +- ({:.1}, {:.1})", axis.sigma_px.0, axis.sigma_px.1)
+        format!(" ± ({:.1}, {:.1})", axis.sigma_px.0, axis.sigma_px.1)
     });
     console.print(format!(
         "optical axis ({:.1}, {:.1}){sigma} px",

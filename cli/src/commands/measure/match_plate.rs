@@ -173,7 +173,7 @@ fn figures(matched: &PlateMatch) -> Vec<String> {
         let each: Vec<String> = matched.channels.iter().filter_map(of).collect();
         each.join(", ")
     };
-    let shown = |name: &str, e: Estimate| format!("{name} {:+.2} +- {:.2}", e.value, e.half_width);
+    let shown = |name: &str, e: Estimate| format!("{name} {:+.2} ± {:.2}", e.value, e.half_width);
     let mut lines = Vec::new();
     let differences = list(&|c| {
         let difference = c.difference_px2;
@@ -190,7 +190,7 @@ fn figures(matched: &PlateMatch) -> Vec<String> {
     ));
     let size = list(&|c| {
         let Estimate { value, half_width } = c.variance_px2;
-        Some(format!("{} {value:.2} +- {half_width:.2}", c.name))
+        Some(format!("{} {value:.2} ± {half_width:.2}", c.name))
     });
     lines.push(format!("variance: {size} px²"));
     let relative = list(&|c| Some(format!("{} {:.0} %", c.name, 100.0 * c.relative)));

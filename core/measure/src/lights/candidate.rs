@@ -12,9 +12,11 @@ use crate::rejection::{LeftOut, Reason};
 /// Height of another light relative to this one from which on it makes a double.
 const DOUBLE_SHARE: f32 = 0.015;
 /// Distance of another light, in units of the extent, within which it makes a double.
-const DOUBLE_REACH: f64 = 1.9;
+const DOUBLE_REACH: f64 = 1.5;
 /// Share of the extent of a light that must be free of others.
 const CORE_SHARE: f64 = 0.9;
+/// Share of the radius of a tile that must lie on the frame. A tile cut closer to its light would have it far from its middle.
+const LEAST_TILE_SHARE: f64 = 0.6;
 /// Share of the light in one pixel above which it is a defect or not resolved.
 const MAX_PIXEL_SHARE: f64 = 0.55;
 /// Radius of the fitted pixels over the extent of a light. Dark pixels around it hold the wings of the profile down.
@@ -31,8 +33,9 @@ const CORE_PX: f64 = 2.5;
 const STANDING_OUT: f32 = 1.4;
 /// Least variance of a channel relative to that of the reference channel.
 const LEAST_CHANNEL_VARIANCE: f64 = 0.35;
-/// Flux over its noise that every channel needs. Below, the sum over a tile may not even be positive.
-const MIN_CHANNEL_SNR: f64 = 15.0;
+/// Flux over its noise that every channel needs, and the sum over the tile over its noise: below, it may not even be positive.
+const MIN_CHANNEL_SNR: f64 = 6.0;
+const MIN_TILE_SNR: f64 = 3.0;
 
 /// One photograph with the lights found in it.
 pub(crate) struct Scene<'a> {
@@ -130,7 +133,12 @@ impl Scene<'_> {
                 gain: self.gain,
                 model_error: PROFILE_ERROR.hypot(self.photo.errors.relative),
             };
-            let fitted = self.fit_channel(channel, peak, &window, &mut mask, noise, start);
+            let fitted = self
+                .fit_channel(channel, peak, &window, &mut mask, noise, start)
+                .or_else(|| {
+                    let pixels = self.fit_pixels(channel, peak, &window, &mask);
+                    profile_fit::fit_flux(&pixels, noise, profiles[reference].as_ref()?)
+                });
             if let Some(profile) = &fitted
                 && channel == reference
             {
@@ -153,7 +161,8 @@ impl Scene<'_> {
         let of_channel = |channel: usize| {
             let profile = profiles[channel].as_ref();
             let of_profile = profile.map_or(0.0, |p| self.dark_snr(p, noise_sigma[channel]));
-            of_profile.min(self.tile_snr(channel, &window, &mask, noise_sigma[channel]))
+            let of_tile = self.tile_snr(channel, &window, &mask, noise_sigma[channel]);
+            of_profile.min(of_tile * MIN_CHANNEL_SNR / MIN_TILE_SNR)
         };
         let faintest = (0..count).map(of_channel).fold(f64::INFINITY, f64::min);
         if faintest < MIN_CHANNEL_SNR {
@@ -251,6 +260,7 @@ impl Scene<'_> {
 
     fn check_border(&self, peak: &Peak, reach: f64) -> Result<(), Refusal> {
         let (width, height) = (self.photo.width, self.photo.height);
+        let reach = reach.max(LEAST_TILE_SHARE * (self.tile_px / 2) as f64);
         let nearest = peak
             .x
             .min(peak.y)

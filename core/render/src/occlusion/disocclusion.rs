@@ -235,9 +235,10 @@ impl HiddenEstimate {
         }
         // Cells up to twice the reach of the blur count in full.
         let reach = size + layers.size(level.coordinate[cell]) + SPARE_PX;
-        let near = (3.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
-        // A cell of mixed pixels alone counts little beside a larger one.
-        let known = level.weight[cell].min(1.0);
+        let near = (2.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
+        // A cell of mixed pixels alone counts little beside a larger one. So does one that the edge of something moving just reaches:
+        // a band along an edge that crosses the cell has a weight of four times its side.
+        let known = (level.weight[cell] / line.side).min(1.0);
         self.add(level, cell, share * behind * near * known);
     }
 

@@ -2,7 +2,8 @@
 //!
 //! Residuals are compared as angular harmonics on rings about the centroid, c_m(r) = sum of the residual times e^{-i m phi},
 //! which do not depend on how a PSF lies on the pixel grid. A smooth field of them, interpolated from the fitted tiles,
-//! predicts part of the residuals of held-out tiles. What it predicts is no noise: a better model could describe it.
+//! predicts part of the residuals of held-out tiles. What it predicts is no noise: a better model could describe it. Tiles count by
+//! weights that fall with their noise: those of faint lights show the errors of their background and sum.
 
 use std::f64::consts::TAU;
 
@@ -17,6 +18,8 @@ use crate::score::PreparedTile;
 const MAX_PERIODS: usize = 9;
 /// Neighbours from which a residual is interpolated.
 const NEIGHBOURS: usize = 6;
+/// Noise, relative to the power of a tile, at which its weight has fallen to a half.
+const NOISE_WEIGHT_KNEE: f64 = 0.01;
 /// Share of the energy that a mean over the field must hold to be called its pattern.
 const MIN_PATTERN_SHARE: f64 = 0.4;
 
@@ -85,6 +88,10 @@ impl TileResidual {
         self.gap - self.noise
     }
 
+    fn weight(&self) -> f64 {
+        NOISE_WEIGHT_KNEE / (NOISE_WEIGHT_KNEE + self.noise)
+    }
+
     /// Returns the harmonics with `periods` periods, one a ring.
     fn with_periods(&self, periods: usize) -> impl Iterator<Item = Complex<f64>> {
         let rings = self.harmonics.chunks_exact(MAX_PERIODS + 1);
@@ -106,12 +113,9 @@ fn multiplicity(periods: usize) -> f64 {
 /// Returns how well the model describes the lens of `groups`, in a frame whose corner has that radius.
 pub(super) fn of(groups: &[Group], corner_radius: f64) -> Adequacy {
     let all: Vec<&TileResidual> = groups.iter().flat_map(|g| &g.held_out).collect();
-    let mean = |value: &dyn Fn(&TileResidual) -> f64| {
-        all.iter().map(|r| value(r)).sum::<f64>() / all.len().max(1) as f64
-    };
-    let excess_gap = mean(&TileResidual::excess).max(0.0);
+    let excess_gap = weighted_mean(all.iter().copied(), TileResidual::excess).max(0.0);
     Adequacy {
-        noise_gap: mean(&|r| r.noise),
+        noise_gap: weighted_mean(all.iter().copied(), |r| r.noise),
         excess_gap,
         systematic_gap: systematic_gap(groups).min(excess_gap),
         worst: worst_place(groups, corner_radius),
@@ -119,15 +123,28 @@ pub(super) fn of(groups: &[Group], corner_radius: f64) -> Adequacy {
     }
 }
 
+/// Returns the mean of `value` by the weights of `tiles`; zero without any.
+fn weighted_mean<'a>(
+    tiles: impl Iterator<Item = &'a TileResidual>,
+    value: impl Fn(&TileResidual) -> f64,
+) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for tile in tiles {
+        sum += tile.weight() * value(tile);
+        weights += tile.weight();
+    }
+    sum / f64::max(weights, f64::MIN_POSITIVE)
+}
+
 /// Returns the mean gap that residuals interpolated from fitted tiles remove from held-out ones.
 fn systematic_gap(groups: &[Group]) -> f64 {
-    let (mut product, mut power, mut count) = (0.0, 0.0, 0);
+    let (mut product, mut power, mut weights) = (0.0, 0.0, 0.0);
     for group in groups {
         for residual in &group.held_out {
-            count += 1;
+            weights += residual.weight();
             let expected = interpolated(residual.at, &group.fitted);
             for (k, (own, expected)) in residual.harmonics.iter().zip(&expected).enumerate() {
-                let times = multiplicity(k % (MAX_PERIODS + 1));
+                let times = residual.weight() * multiplicity(k % (MAX_PERIODS + 1));
                 product += times * (own.conj() * expected).re;
                 power += times * expected.norm_sqr();
             }
@@ -137,10 +154,10 @@ fn systematic_gap(groups: &[Group]) -> f64 {
         return 0.0;
     }
     // The interpolated field, scaled by least squares.
-    product * product / power / f64::from(count)
+    product * product / power / weights
 }
 
-/// Returns the harmonics at `at`, interpolated from the nearest of `fitted`, with weights that fall with the distance.
+/// Returns the harmonics at `at`, interpolated from the nearest of `fitted`, with weights that fall with distance and noise.
 fn interpolated(at: FieldPoint, fitted: &[TileResidual]) -> Vec<Complex<f64>> {
     let mut near: Vec<(f64, &TileResidual)> = fitted
         .iter()
@@ -155,7 +172,7 @@ fn interpolated(at: FieldPoint, fitted: &[TileResidual]) -> Vec<Complex<f64>> {
     let mut sum = vec![Complex::new(0.0, 0.0); first.harmonics.len()];
     let mut weights = 0.0;
     for (distance, residual) in near {
-        let weight = (-2.0 * (distance / reach).powi(2)).exp();
+        let weight = residual.weight() * (-2.0 * (distance / reach).powi(2)).exp();
         weights += weight;
         for (sum, value) in sum.iter_mut().zip(&residual.harmonics) {
             *sum += value * weight;
@@ -169,14 +186,11 @@ fn worst_place(groups: &[Group], corner_radius: f64) -> WorstPlace {
     let mut worst: Option<WorstPlace> = None;
     for group in groups {
         for zone in FieldZone::ALL {
-            let within: Vec<f64> = group
-                .held_out
-                .iter()
-                .filter(|r| FieldZone::at_radius(r.at.radius() / corner_radius) == zone)
-                .map(TileResidual::excess)
-                .collect();
-            let mean = within.iter().sum::<f64>() / within.len().max(1) as f64;
-            if !within.is_empty() && worst.as_ref().is_none_or(|w| mean > w.excess_gap) {
+            let is_within =
+                |r: &&TileResidual| FieldZone::at_radius(r.at.radius() / corner_radius) == zone;
+            let within = || group.held_out.iter().filter(is_within);
+            let mean = weighted_mean(within(), TileResidual::excess);
+            if within().next().is_some() && worst.as_ref().is_none_or(|w| mean > w.excess_gap) {
                 worst = Some(WorstPlace {
                     channel: group.channel.clone(),
                     distance: group.distance,
@@ -196,7 +210,10 @@ fn pattern(groups: &[Group]) -> ResidualPattern {
             .iter()
             .flat_map(|g| g.held_out.iter().chain(&g.fitted))
     };
-    let energy = |periods: usize| tiles().map(|r| r.energy(periods)).sum::<f64>();
+    let energy = |periods: usize| {
+        let each = tiles().map(|r| r.weight() * r.energy(periods));
+        each.sum::<f64>()
+    };
     let energies: Vec<f64> = (0..=MAX_PERIODS).map(energy).collect();
     let total: f64 = energies.iter().sum();
     let (periods, most) = (energies.iter().copied().enumerate())
@@ -225,16 +242,16 @@ fn pattern(groups: &[Group]) -> ResidualPattern {
 /// Returns the energy that the mean of the harmonics over the field holds, for all tiles of `group`.
 fn mean_energy(group: &Group, periods: usize, turns: bool) -> f64 {
     let tiles = || group.held_out.iter().chain(&group.fitted);
-    let count = tiles().count() as f64;
+    let weights: f64 = tiles().map(TileResidual::weight).sum();
     let rings = group.held_out[0].harmonics.len() / (MAX_PERIODS + 1);
     let mut mean = vec![Complex::new(0.0, 0.0); rings];
     for residual in tiles() {
         let angle = residual.at.y.atan2(residual.at.x).rem_euclid(TAU);
         let turned = if turns { periods as f64 * angle } else { 0.0 };
-        let phase = Complex::from_polar(1.0 / count, turned);
+        let phase = Complex::from_polar(residual.weight() / weights, turned);
         for (sum, value) in mean.iter_mut().zip(residual.with_periods(periods)) {
             *sum += value * phase;
         }
     }
-    count * mean.iter().map(|c| c.norm_sqr()).sum::<f64>() * multiplicity(periods)
+    weights * mean.iter().map(|c| c.norm_sqr()).sum::<f64>() * multiplicity(periods)
 }
