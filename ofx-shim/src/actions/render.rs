@@ -36,6 +36,10 @@ pub(super) fn render(call: &Call) -> Result<Answer> {
             "The host gave no image to render to; render again.",
         ));
     };
+    // Hosts copy or compute an image when it is fetched.
+    if call.effect.is_aborted() {
+        return Ok(Answer::Done);
+    }
     let Some(source) = Source::fetch(call)? else {
         return clear_window(call, &target).map(|()| Answer::Done);
     };
@@ -111,6 +115,9 @@ impl Render<'_, '_> {
             return Ok(Outcome::DONE);
         };
         let profile = chosen_lens(knobs, &lens::LENS, &lens::PROFILE)?;
+        if effect.is_aborted() {
+            return Ok(Outcome::Aborted);
+        }
         let inputs = Inputs::fetch(self.call, knobs, &profile, frame.map)?;
         let output = knobs.choice(&output::OUTPUT);
         if output == output::FOCAL_PLANE {
@@ -145,12 +152,16 @@ impl Render<'_, '_> {
             return Ok(Outcome::Aborted);
         }
         let geometry = plate_geometry(knobs, frame.scale, frame.format, frame.extent);
+        let depth = inputs.depth(knobs, &profile, frame.scale, &geometry)?;
+        if effect.is_aborted() {
+            return Ok(Outcome::Aborted);
+        }
         let job = RenderJob {
             task,
             session,
             plate: Plate::new(image)
                 .with_geometry(geometry)
-                .with_depth(inputs.depth(knobs, &profile, frame.scale, &geometry)?)
+                .with_depth(depth)
                 .with_holdout(inputs.holdout(knobs, frame.scale, &geometry)?),
             margins: frame.margins,
             // Blocks of the gap are the same for every window.
