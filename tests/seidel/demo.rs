@@ -87,3 +87,28 @@ fn the_demo_writes_its_files_and_its_command_works() {
     assert_eq!(refused.status, 1);
     assert!(refused.stderr.contains("mine.txt"), "{}", refused.stderr);
 }
+
+/// The lens measured in the demo's own photographs draws the PSFs of the lens that took them.
+#[test]
+fn the_demo_measures_its_own_photographs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let outcome = succeeds(folder.path(), "demo @out --measure --width 384");
+    for name in ["near.png", "middle.png", "far.png", "lens.json"] {
+        assert!(folder.path().join("out").join(name).exists(), "{name}");
+        assert!(outcome.stdout.contains(name), "{name}");
+    }
+    assert!(folder.path().join("out/lights/report.html").exists());
+    let text = &outcome.stdout;
+    let error = text.split("within ").nth(1).and_then(|rest| {
+        let number = rest.split_whitespace().next()?;
+        number.parse::<f64>().ok()
+    });
+    // PSFs at 1.5 m have a radius of 2.5 px.
+    assert!(error.is_some_and(|error| error < 0.1), "{text}");
+    assert!(text.contains("seidel measure lights "), "{text}");
+    // A folder with other files in it is refused.
+    std::fs::write(folder.path().join("out/mine.txt"), "notes").expect("writable");
+    let refused = seidel_in(folder.path(), "demo @out --measure --width 384");
+    assert_eq!(refused.status, 1);
+    assert!(refused.stderr.contains("mine.txt"), "{}", refused.stderr);
+}

@@ -1,6 +1,8 @@
 //! `seidel demo`: the whole loop on synthetic data. PSFs are measured, a lens is fitted and applied, a fault is planted,
 //! diagnosed and corrected.
 
+mod photographs;
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -11,8 +13,8 @@ use seidel_core::field::FieldPoint;
 use seidel_core::optics::BlurField;
 use seidel_core::predict::Predictor;
 use seidel_core::{
-    Depth, DepthPass, Diagnosis, DiagnosisSettings, Image, Lens, ObservationSet, Plate, Quality,
-    Settings, apply,
+    Depth, DepthPass, Diagnosis, DiagnosisSettings, Image, Lens, ObjectDistance, ObservationSet,
+    Plate, Quality, Settings, apply,
 };
 use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
 use seidel_image_io::error::FileError;
@@ -40,6 +42,9 @@ use crate::{Console, ProgressBar};
 /// Options of `seidel demo`.
 #[derive(Debug, Args)]
 pub struct DemoArgs {
+    /// Make raw photographs of point lights instead, measure them and fit a lens, as a camera's would be
+    #[arg(long)]
+    measure: bool,
     /// Folder to write to
     #[arg(default_value = "seidel-demo")]
     folder: PathBuf,
@@ -112,6 +117,9 @@ pub(super) fn run(
     command_line: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
+    if args.measure {
+        return photographs::run(args, console);
+    }
     let (width, height) = (args.width, args.width * 9 / 16);
     // Before the work, which takes a while.
     check_folder_content(
@@ -182,7 +190,11 @@ pub(super) fn run(
         "Fitted {} PSFs in {} channels; predicted PSF sizes are within {:.2} px of the true lens.",
         set.observations.len(),
         set.channels.len(),
-        worst_size_error_px(&Predictor::new(&built_in)?, results.lens.predictor(), set)?
+        worst_size_error_px(
+            &Predictor::new(&built_in)?,
+            results.lens.predictor(),
+            &set.distances()
+        )?
     ));
     console.print(results.finding());
     console.print(clock.report());
@@ -415,12 +427,12 @@ fn compare<'a>(
 fn worst_size_error_px(
     truth: &Predictor,
     fitted: &Predictor,
-    measured: &ObservationSet,
+    distances: &[ObjectDistance],
 ) -> Result<f64, CommandError> {
     let mut worst: f64 = 0.0;
     for channel in 0..fitted.channel_count() {
-        for distance in measured.distances() {
-            let vergence = fitted.vergence(distance)?;
+        for distance in distances {
+            let vergence = fitted.vergence(*distance)?;
             for step in 0..=10 {
                 let at = FieldPoint::new(0.1 * f64::from(step), 0.0);
                 let size = |lens: &Predictor| {

@@ -5,6 +5,7 @@ pub mod anamorphic;
 pub mod lens;
 mod noise;
 pub mod observations;
+pub mod photograph;
 pub mod planted;
 mod props;
 mod ray;

@@ -40,7 +40,10 @@ pub fn photographed(
     for &metres in distances_m {
         let distance = ObjectDistance::metres(metres)?;
         for place in 0..GRID.0 * GRID.1 {
-            observations.push(blank(&predictor, place, distance, observations.len())?);
+            observations.push(Observation {
+                file: format!("psf/{:04}.exr", observations.len()),
+                ..blank(&predictor, place, GRID, distance)?
+            });
         }
     }
     let template = ObservationSet {
@@ -64,18 +67,19 @@ pub fn photographed(
     Ok(set)
 }
 
-/// Returns an observation with empty tiles large enough for its PSFs.
-fn blank(
+/// Returns an observation without a file, at a place of a `grid` of point lights, across and down the frame, with empty tiles large enough for
+/// its PSFs.
+pub(super) fn blank(
     lens: &Predictor,
     place: u32,
+    grid: (u32, u32),
     distance: ObjectDistance,
-    index: usize,
 ) -> Result<Observation> {
     let frame = lens.frame();
     let share = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
     let ideal = ImagePoint::new(
-        share(place % GRID.0, GRID.0) * f64::from(frame.width_px()),
-        share(place / GRID.0, GRID.1) * f64::from(frame.height_px()),
+        share(place % grid.0, grid.0) * f64::from(frame.width_px()),
+        share(place / grid.0, grid.1) * f64::from(frame.height_px()),
     );
     let vergence = lens.vergence(distance)?;
     let at = frame.field_point(ideal);
@@ -90,7 +94,7 @@ fn blank(
     let dark = Tile::new(side, side, vec![0.0; side * side])?;
     let channels = lens.channel_count();
     Ok(Observation {
-        file: format!("psf/{index:04}.exr"),
+        file: String::new(),
         centre: ImagePoint::new(ideal.x_px.floor() + 0.5, ideal.y_px.floor() + 0.5),
         distance,
         ideal: Some(ideal),

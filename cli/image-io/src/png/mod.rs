@@ -7,8 +7,8 @@ use std::borrow::Cow;
 use std::io::{BufReader, Seek};
 use std::path::Path;
 
-use image::RgbImage;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ImageBuffer, Luma, RgbImage};
 use png::chunk::ChunkType;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Info};
 
@@ -191,6 +191,24 @@ pub fn write_rgb8_with_texts(path: &Path, image: &RgbImage, texts: &TextAttribut
             writer.finish()
         };
         encode().map_err(std::io::Error::other)
+    })
+}
+
+/// Writes `samples`, rows of `width` pixels, as a 16-bit grey PNG file, whole or not at all.
+///
+/// # Errors
+/// A name that does not end in `.png`, a target that cannot be written, and samples that are no whole rows.
+pub fn write_gray16(path: &Path, width: u32, samples: Vec<u16>) -> Result<()> {
+    crate::format::check_output_name(path, Format::Png)?;
+    let height = samples.len() as u32 / width.max(1);
+    let image = ImageBuffer::<Luma<u16>, _>::from_raw(width, height, samples);
+    write_atomically(path, |out| match image {
+        Some(image) => image.write_with_encoder(PngEncoder::new(out)),
+        None => Err(image::ImageError::Parameter(
+            image::error::ParameterError::from_kind(
+                image::error::ParameterErrorKind::DimensionMismatch,
+            ),
+        )),
     })
 }
 

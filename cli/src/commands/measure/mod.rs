@@ -14,7 +14,9 @@ pub(super) mod photographs;
 mod plan;
 mod print;
 
-use clap::Subcommand;
+use std::ffi::OsString;
+
+use clap::{Parser, Subcommand};
 
 use super::CommandError;
 use crate::Console;
@@ -51,6 +53,24 @@ impl MeasureCommand {
             Self::Print(_) | Self::Plan(_) => ProgressArgs::default(),
         }
     }
+}
+
+/// `seidel measure` and what follows it on a command line.
+#[derive(Debug, Parser)]
+struct MeasureLine {
+    #[command(subcommand)]
+    command: MeasureCommand,
+}
+
+/// Runs the command that a user would give as `seidel measure` and these `arguments`.
+///
+/// # Errors
+/// Arguments that are not those of a command, and its errors.
+pub(super) fn run_line(arguments: &[OsString], console: &mut Console) -> Result<(), CommandError> {
+    let name = OsString::from("measure");
+    let line = MeasureLine::try_parse_from(std::iter::once(&name).chain(arguments));
+    let line = line.map_err(|error| CommandError::Usage(error.to_string()))?;
+    run(&line.command, console)
 }
 
 pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(), CommandError> {
