@@ -7,24 +7,27 @@ const MIN_SIGMAS: f32 = 6.0;
 /// Ratio to the third largest of the eight neighbours from which on a pixel is hot. A PSF as narrow as a Gaussian with a
 /// standard deviation of 0.6 px, pixel area included, stays below 4.1 wherever it lies on the grid.
 const MIN_RATIO: f32 = 4.5;
+/// Distances of the neighbours, px: those next to a pixel, and in a mosaic those of its own colour. Where only one colour is sharp, its
+/// neighbours of other colours are far darker.
+const STEPS: [usize; 2] = [1, 2];
 /// Rank of the neighbour compared with, from the brightest: two hot neighbours do not hide a third.
 const RANK: usize = 2;
 
 /// Finds the hot pixels of a plane of `width` columns. `signal` is light above background with the channels equalised,
 /// `noise` its standard deviation.
 pub fn find(signal: &[f32], noise: &[f32], width: usize) -> Vec<bool> {
-    let height = signal.len() / width.max(1);
     let is_hot = |index: usize| {
         let value = signal[index] - MIN_SIGMAS * noise[index];
         if value <= 0.0 {
             return false;
         }
-        let (near, count) = neighbours(signal, index, width, height);
-        let mut near = near;
-        let near = &mut near[..count];
-        near.sort_by(|a, b| b.total_cmp(a));
-        let compared = near.get(RANK).copied().unwrap_or(0.0);
-        value > MIN_RATIO * compared.max(0.0)
+        STEPS.into_iter().all(|step| {
+            let (mut near, count) = neighbours(signal, index, step, width);
+            let near = &mut near[..count];
+            near.sort_by(|a, b| b.total_cmp(a));
+            let compared = near.get(RANK).copied().unwrap_or(0.0);
+            value > MIN_RATIO * compared.max(0.0)
+        })
     };
     (0..signal.len()).into_par_iter().map(is_hot).collect()
 }
@@ -32,12 +35,11 @@ pub fn find(signal: &[f32], noise: &[f32], width: usize) -> Vec<bool> {
 /// Returns `signal` with its hot pixels replaced by the median of their neighbours. For detection only: measurements leave
 /// hot pixels out.
 pub fn repaired(signal: &[f32], hot: &[bool], width: usize) -> Vec<f32> {
-    let height = signal.len() / width.max(1);
     let value = |index: usize| {
         if !hot[index] {
             return signal[index];
         }
-        let (mut near, count) = neighbours(signal, index, width, height);
+        let (mut near, count) = neighbours(signal, index, 1, width);
         let near = &mut near[..count];
         near.sort_by(f32::total_cmp);
         near.get(count / 2).copied().unwrap_or(0.0)
@@ -45,13 +47,20 @@ pub fn repaired(signal: &[f32], hot: &[bool], width: usize) -> Vec<f32> {
     (0..signal.len()).into_par_iter().map(value).collect()
 }
 
-/// Returns the values of the neighbours of pixel `index`, and their number.
-fn neighbours(signal: &[f32], index: usize, width: usize, height: usize) -> ([f32; 8], usize) {
+/// Returns the values of the eight neighbours of pixel `index` that lie `step` columns and rows away, and how many of them there are.
+fn neighbours(signal: &[f32], index: usize, step: usize, width: usize) -> ([f32; 8], usize) {
+    let height = signal.len() / width.max(1);
     let (column, row) = (index % width, index / width);
+    let along = |at: usize, length: usize| {
+        [at.checked_sub(step), Some(at), Some(at + step)]
+            .into_iter()
+            .flatten()
+            .filter(move |at| *at < length)
+    };
     let mut found = [0.0; 8];
     let mut count = 0;
-    for y in row.saturating_sub(1)..(row + 2).min(height) {
-        for x in column.saturating_sub(1)..(column + 2).min(width) {
+    for y in along(row, height) {
+        for x in along(column, width) {
             if (x, y) != (column, row) {
                 found[count] = signal[y * width + x];
                 count += 1;
@@ -90,5 +99,25 @@ mod tests {
             assert!(repaired[5 * WIDTH + 5] < 1.0);
             assert_eq!(repaired[12 * WIDTH + 12], plane[12 * WIDTH + 12]);
         }
+    }
+
+    /// Where the focus differs between colours, pixels of one colour stand out from those beside them.
+    #[test]
+    fn a_light_sharp_in_one_colour_alone_is_kept() {
+        let noise = vec![1.0; WIDTH * WIDTH];
+        let sharp = light(1.2, 12.0, 12.0);
+        let wide = light(4.0, 12.0, 12.0);
+        let colour = |k: usize| (k % WIDTH % 2, k / WIDTH % 2);
+        let mixed = sharp.iter().zip(&wide).enumerate();
+        let plane: Vec<f32> = mixed
+            .map(|(k, (sharp, wide))| {
+                if colour(k) == (0, 0) {
+                    *sharp
+                } else {
+                    0.05 * wide
+                }
+            })
+            .collect();
+        assert!(!find(&plane, &noise, WIDTH).contains(&true));
     }
 }
