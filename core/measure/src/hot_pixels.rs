@@ -101,7 +101,7 @@ mod tests {
         }
     }
 
-    /// Where the focus differs between colours, pixels of one colour stand out from those beside them.
+    /// Pixels of the one colour in focus stand out from those beside them.
     #[test]
     fn a_light_sharp_in_one_colour_alone_is_kept() {
         let noise = vec![1.0; WIDTH * WIDTH];

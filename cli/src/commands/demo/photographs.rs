@@ -18,7 +18,7 @@ use crate::demo::photograph::{BLACK, MOSAIC, WHITE, photograph_of_lights};
 
 /// The photographs, with their distances in metres: even in 1 / distance.
 const PHOTOGRAPHS: [(&str, f64); 3] = [("near.png", 1.5), ("middle.png", 2.0), ("far.png", 3.0)];
-/// What the measurement writes beside them.
+/// Results of the measurement beside them.
 const LIGHTS: &str = "lights";
 const LENS: &str = "lens.json";
 
