@@ -103,7 +103,7 @@ fn the_demo_measures_its_own_photographs() {
         let number = rest.split_whitespace().next()?;
         number.parse::<f64>().ok()
     });
-    // PSFs at 1.5 m have a radius of 2.5 px.
+    // PSFs at 1.4 m have a radius of 3 px.
     assert!(error.is_some_and(|error| error < 0.1), "{text}");
     assert!(text.contains("seidel measure lights "), "{text}");
     // A folder with other files in it is refused.
