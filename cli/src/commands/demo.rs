@@ -42,7 +42,7 @@ use crate::{Console, ProgressBar};
 /// Options of `seidel demo`.
 #[derive(Debug, Args)]
 pub struct DemoArgs {
-    /// Make raw photographs of point lights instead, measure them and fit a lens, as a camera's would be
+    /// Photograph point lights as raw mosaics instead, measure them and fit a lens
     #[arg(long)]
     measure: bool,
     /// Folder to write to

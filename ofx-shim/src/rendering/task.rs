@@ -97,7 +97,7 @@ impl RenderJob {
         let mut hasher = DefaultHasher::new();
         session.fingerprint(&plate).hash(&mut hasher);
         if let Task::Relens(other) = &task {
-            other.fingerprint(&plate).hash(&mut hasher);
+            (other.lens().to_json(), format!("{:?}", other.settings())).hash(&mut hasher);
         }
         let part = [
             target.x,

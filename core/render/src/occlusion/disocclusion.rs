@@ -233,11 +233,11 @@ impl HiddenEstimate {
         if level.weight[cell] == 0.0 || behind == 0.0 {
             return;
         }
-        // Cells up to twice the reach of the blur count in full.
+        // Cells up to four thirds of the reach of the blur count in full, those from four times it on not at all.
         let reach = size + layers.size(level.coordinate[cell]) + SPARE_PX;
         let near = (2.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
-        // A cell of mixed pixels alone counts little beside a larger one. So does one that the edge of something moving just reaches:
-        // a band along an edge that crosses the cell has a weight of four times its side.
+        // A cell of mixed pixels alone counts little beside a larger one. So does a cell that a moving edge has only just reached: the
+        // band along an edge across the cell has a weight of four times its side.
         let known = (level.weight[cell] / line.side).min(1.0);
         self.add(level, cell, share * behind * near * known);
     }
