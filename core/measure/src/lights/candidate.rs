@@ -75,6 +75,14 @@ impl Window {
         let (left, top, width) = (self.left, self.top, self.width);
         (0..self.width * self.height).map(move |k| (left + k % width, top + k / width))
     }
+
+    /// Returns the frame position of its middle.
+    fn middle(&self) -> [f64; 2] {
+        [
+            self.left as f64 + self.width as f64 / 2.0,
+            self.top as f64 + self.height as f64 / 2.0,
+        ]
+    }
 }
 
 impl Scene<'_> {
@@ -116,7 +124,8 @@ impl Scene<'_> {
         let count = self.photo.channels.len();
         let (x, y) = (peak.x as f64 + 0.5, peak.y as f64 + 0.5);
         let at = |k: usize| &self.found.backgrounds[k];
-        let background: Vec<f64> = (0..count).map(|c| at(c).level_at(x, y)).collect();
+        let [across, down] = window.middle();
+        let background = (0..count).map(|c| at(c).level_at(across, down)).collect();
         let noise_sigma: Vec<f64> = (0..count).map(|c| at(c).sigma_at(x, y)).collect();
         let reference = self.photo.reference_channel();
         // The extent is where a Gaussian, smoothed a little, falls to one fiftieth.
@@ -243,11 +252,8 @@ impl Scene<'_> {
     fn tile_snr(&self, channel: usize, window: &Window, mask: &[bool], sigma: f64) -> f64 {
         let plane = &self.photo.planes[self.photo.plane_of(channel)];
         let background = &self.found.backgrounds[channel];
-        let middle = (
-            window.left + window.width / 2,
-            window.top + window.height / 2,
-        );
-        let level = background.level_at(middle.0 as f64 + 0.5, middle.1 as f64 + 0.5);
+        let [across, down] = window.middle();
+        let level = background.level_at(across, down);
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for ((x, y), used) in window.pixels().zip(mask) {
             if *used && self.photo.covers(channel, x, y) {
