@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::picture::Region;
+use super::variation::Variation;
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
 
@@ -72,6 +73,8 @@ pub(crate) struct BlockTask<'a> {
     pub(crate) block: Region,
     /// Odd width and height of the tile.
     pub(crate) side: usize,
+    /// Change of the PSF over the block, if known.
+    pub(super) variation: Option<&'a Variation>,
     /// Alternations between the tile and the slope of the light.
     pub(crate) light_steps: usize,
     /// Noise variance of a dark pixel, counts², and counts per electron.
@@ -99,6 +102,8 @@ struct Pixels {
     /// One column a pixel: the chart at every offset of the tile, then 1 for the offset.
     design: DMatrix<f64>,
     values: DVector<f64>,
+    /// Light that the change of a PSF of unit sum over the block adds.
+    change: DVector<f64>,
     /// Position in the block, -0.5 to 0.5.
     place: Vec<[f64; 2]>,
 }
@@ -116,11 +121,12 @@ impl BlockTask<'_> {
         let mut kernel = DVector::zeros(unknowns);
         let mut offset = 0.0;
         let mut normal = DMatrix::zeros(unknowns + 1, unknowns + 1);
+        let mut changed = DVector::zeros(count);
         for step in 0..self.light_steps {
             let weights = predicted.map(|v| 1.0 / (self.dark_variance + self.gain * v.max(0.0)));
             // Columns are pixels, so that memory is read in order; the product is a blocked one.
             let mut weighted = pixels.design.clone();
-            let mut right_side = pixels.values.clone();
+            let mut right_side = &pixels.values - changed.component_mul(&light);
             for k in 0..count {
                 let root = weights[k].sqrt();
                 weighted.column_mut(k).scale_mut(root * light[k]);
@@ -132,7 +138,8 @@ impl BlockTask<'_> {
             let solved = non_negative(&self.regularised(&normal), &right, start);
             kernel = solved.rows(0, unknowns).into_owned();
             offset = solved[unknowns];
-            let flat = pixels.design.tr_mul(&solved);
+            changed = &pixels.change * kernel.sum();
+            let flat = pixels.design.tr_mul(&solved) + &changed;
             light = slope_of_light(&pixels, &flat, &weights).ok_or(NO_CONTRAST)?;
             predicted = flat.component_mul(&light);
         }
@@ -195,6 +202,17 @@ impl BlockTask<'_> {
                 column[index as usize] = self.sharp.at(x - dx, y - dy);
             }
         }
+        let middle = |start: i64, length: usize| start as f64 + (length as f64 - 1.0) / 2.0;
+        let [across, down] = [
+            middle(self.block.left, self.block.width),
+            middle(self.block.top, self.block.height),
+        ];
+        let change = places.iter().enumerate().map(|(k, (x, y))| {
+            let off = [*x as f64 - across, *y as f64 - down];
+            let chart = &design.as_slice()[k * (unknowns + 1)..][..unknowns];
+            self.variation.map_or(0.0, |v| v.light(off, chart))
+        });
+        let change = DVector::from_iterator(places.len(), change);
         let values = places
             .iter()
             .map(|(x, y)| f64::from(plane[*y as usize * self.photo.width + *x as usize]));
@@ -202,6 +220,7 @@ impl BlockTask<'_> {
         Ok(Pixels {
             values: DVector::from_iterator(places.len(), values),
             design,
+            change,
             place: (places.iter())
                 .map(|(x, y)| {
                     [

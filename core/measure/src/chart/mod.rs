@@ -20,6 +20,7 @@ mod set;
 mod sharp;
 #[cfg(test)]
 mod tests;
+mod variation;
 
 pub use map::ChartMap;
 pub use picture::{ChartPicture, Content};
@@ -34,9 +35,10 @@ use crate::photograph::Photograph;
 use crate::rejection::Reason;
 use crate::robust::{median, quantile};
 use block::{BlockEstimate, BlockTask, Failure, SharpView};
-use kernel::{centroid, widened};
+use kernel::{Integration, centroid};
 use map::Displacement;
-use picture::{Aperture, Grid, Region, SOFT_VARIANCE};
+use picture::{Aperture, Grid, Region};
+use variation::Variation;
 
 /// Settings of [`measure_chart`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -125,6 +127,8 @@ const MAX_BLOCKS: usize = 12;
 /// Alternations between tile and slope of the light, while registering and at the end.
 const REGISTRATION_LIGHT_STEPS: usize = 2;
 const LIGHT_STEPS: usize = 3;
+/// Estimates of the PSFs with the change over each block that the former ones show.
+const VARIATION_ROUNDS: usize = 2;
 /// Rounds of registration.
 const ROUNDS: usize = 4;
 /// Largest ratio of the displacements of blocks to their residuals after a fit of the map at which registration has converged.
@@ -172,7 +176,7 @@ pub fn measure_chart(
     let blocks = measurement.blocks();
     let mut by_channel = Vec::new();
     for channel in 0..photo.channels.len() {
-        by_channel.push(measurement.estimate(&blocks, channel, LIGHT_STEPS));
+        by_channel.push(measurement.estimate_changing(&blocks, channel));
         report(
             progress,
             0.5 + 0.5 * (channel + 1) as f64 / photo.channels.len() as f64,
@@ -463,9 +467,35 @@ impl Measurement<'_> {
     }
 
     fn estimate(&self, blocks: &[Region], channel: usize, light_steps: usize) -> Vec<Estimated> {
-        blocks
-            .par_iter()
-            .map(|block| {
+        let unknown = vec![None; blocks.len()];
+        self.estimate_with(blocks, &unknown, channel, light_steps)
+    }
+
+    /// Estimates the PSF at the centre of each block, where it changes over the block as it does from block to block.
+    fn estimate_changing(&self, blocks: &[Region], channel: usize) -> Vec<Estimated> {
+        let mut estimates = self.estimate(blocks, channel, LIGHT_STEPS);
+        for _ in 0..VARIATION_ROUNDS {
+            let found = blocks.iter().zip(&estimates);
+            let found: Vec<([f64; 2], &BlockEstimate)> = found
+                .filter_map(|(block, e)| Some((centre(block), e.as_ref().ok()?)))
+                .collect();
+            let variations: Vec<Option<Variation>> = (blocks.iter())
+                .map(|block| Variation::around(centre(block), &found))
+                .collect();
+            estimates = self.estimate_with(blocks, &variations, channel, LIGHT_STEPS);
+        }
+        estimates
+    }
+
+    fn estimate_with(
+        &self,
+        blocks: &[Region],
+        variations: &[Option<Variation>],
+        channel: usize,
+        light_steps: usize,
+    ) -> Vec<Estimated> {
+        (blocks.par_iter().zip(variations))
+            .map(|(block, variation)| {
                 let half = (self.side / 2) as i64;
                 let region = Region {
                     left: block.left - half,
@@ -487,6 +517,7 @@ impl Measurement<'_> {
                     sharp: &sharp,
                     block: *block,
                     side: self.side,
+                    variation: variation.as_ref(),
                     light_steps,
                     dark_variance: self.dark_variance,
                     gain: self.gain,
@@ -531,17 +562,16 @@ fn measured(
     settings: &ChartSettings,
 ) -> MeasuredBlock {
     let [x, y] = centre(block);
-    // The kernel [1 22 1] / 24 has the variance of a pixel, 1/12. A sharp photograph's own blur comes on top.
-    let of_aperture = match measurement.chart(0).content() {
-        Content::Cells => SOFT_VARIANCE,
-        Content::Photograph => 0.0,
+    let integration = Integration {
+        soft: measurement.chart(0).content() == Content::Cells,
+        // A sharp photograph's own blur.
+        added_sigma_px: settings.added_sigma_px,
     };
-    let variance = 1.0 / 12.0 + of_aperture + settings.added_sigma_px.powi(2);
     MeasuredBlock {
         centre: [x as usize, y as usize],
         size: [block.width, block.height],
         tiles: (estimates.iter())
-            .map(|e| widened(&e.kernel, measurement.side, variance))
+            .map(|e| integration.of(&e.kernel, measurement.side))
             .collect(),
         sigma: estimates.iter().map(|e| e.sigma).collect(),
         chi_square: estimates.iter().map(|e| e.chi_square).collect(),
