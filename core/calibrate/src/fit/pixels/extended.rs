@@ -19,7 +19,7 @@ use seidel_optics::psf::pupil::Detail;
 /// Tiles per channel on which parts are compared.
 const TRIAL_TILES: usize = 60;
 /// Starts of a part that are compared by short fits; where there are more, by their misfit alone.
-const MAX_STARTS: usize = 4;
+const MAX_STARTS: usize = 6;
 /// Tiles and stop criteria of these comparisons.
 const SCREENING_TILES: usize = 24;
 const MISFIT_TILES: usize = 8;
@@ -40,6 +40,8 @@ const PARTS_SHARE: f64 = 0.8;
 const ROUND_SHARE: f64 = 0.6;
 /// Decrease of it after which all parts are tried again.
 const LARGE_GAIN: f64 = 0.5;
+/// Share of the largest gain from which on the part with the fewest parameters is taken.
+const NEARLY_BEST: f64 = 0.65;
 /// Mean log misfit of a reduced lens above which two planes of symmetry are tried first: squared errors of 1 %.
 const POOR_MISFIT: f64 = -4.6;
 /// Decrease of it, beyond that by fifth order, by which they are recognised.
@@ -261,7 +263,7 @@ impl<'a> Split<'a> {
             let last = tried.last;
             let extended = context.refine_between(&tried.layout, tried.theta, fit.metric);
             let gain = all_misfit(context, &fit) - all_misfit(context, &extended);
-            if gain < MIN_GAIN {
+            if gain < MIN_GAIN.min(last.worth) {
                 // The gain was one of the few tiles alone.
                 open.retain(|part| part.effect.id() != last.effect.id());
                 continue;
@@ -348,7 +350,7 @@ impl<'a> Split<'a> {
         let settings = Self::settings(fit);
         let plain = context.descend(&fit.layout, &self.fitted, &fit.theta, settings, BETWEEN);
         let before = self.missed(context, &fit.layout, &plain.point.theta, settings);
-        let mut best: Option<Tried> = None;
+        let mut worthy: Vec<Tried> = Vec::new();
         let tried_parts = std::mem::take(open);
         for (k, part) in tried_parts.iter().copied().enumerate() {
             stage.part_of(k, tried_parts.len()).reach(0.0)?;
@@ -359,15 +361,20 @@ impl<'a> Split<'a> {
                 open.push(part);
                 continue;
             };
-            let spoils = tried.missed > before + SPOILT;
-            let least = best.as_ref().map_or(before - part.worth, |b| b.missed);
-            if tried.missed < least.min(before - part.worth) {
-                best = Some(tried);
-            }
-            if !spoils {
+            if tried.missed <= before + SPOILT {
                 open.push(part);
             }
+            if tried.missed < before - part.worth {
+                worthy.push(tried);
+            }
         }
+        // A part with many parameters may imitate one with few.
+        let gain = |tried: &Tried| before - tried.missed;
+        let most = worthy.iter().map(gain).fold(0.0, f64::max);
+        let nearly = worthy
+            .into_iter()
+            .filter(|tried| gain(tried) >= NEARLY_BEST * most);
+        let best = nearly.min_by_key(|tried| tried.last.parameters(context.channel_names().len()));
         Ok(best)
     }
 }

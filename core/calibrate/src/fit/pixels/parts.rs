@@ -67,7 +67,7 @@ pub(in crate::fit) static VIGNETTING: Part = Part {
     shared: true,
     linear: 0,
     starts: stops,
-    worth: 0.02,
+    worth: 0.01,
 };
 
 /// The parts that are tried, those with fewer parameters first.
@@ -131,6 +131,11 @@ impl Part {
         self.used - self.fixed.len()
     }
 
+    /// Returns the number of free parameters in all `channels`.
+    pub(in crate::fit) fn parameters(&self, channels: usize) -> usize {
+        self.free() * if self.shared { 1 } else { channels }
+    }
+
     /// Returns the number of tiles that the part needs.
     pub(in crate::fit) fn least_tiles(&self) -> usize {
         (TILES_PER_PARAMETER * self.free() as f64).ceil() as usize
@@ -146,12 +151,14 @@ impl Part {
     }
 }
 
-/// Returns initial stops: radius and shift of a front and a rear one. They begin to clip on the axis, half way to the corner,
-/// or near it.
+/// Returns initial stops: radius and shift of a front and a rear one. One alone clips half way to the corner; two begin to
+/// clip on the axis, half way to the corner, or near it.
 fn stops() -> Vec<Vec<f64>> {
-    [[1.0, 0.15], [1.0, 0.5], [1.4, 0.6], [1.8, 0.9]]
-        .map(|[radius, shift]| vec![radius, shift, radius, -shift])
-        .to_vec()
+    const NEUTRAL: [f64; 2] = [4.0, 0.0];
+    let one = [[[1.05, 0.3], NEUTRAL], [NEUTRAL, [1.05, -0.3]]];
+    let two = [[1.0, 0.15], [1.0, 0.5], [1.4, 0.6], [1.8, 0.9]];
+    let two = two.map(|[radius, shift]| [[radius, shift], [radius, -shift]]);
+    one.iter().chain(&two).map(|stops| stops.concat()).collect()
 }
 
 /// Returns initial irises: blades, rotation of a corner, distance of the corners, roundness. Their discs are about as large
