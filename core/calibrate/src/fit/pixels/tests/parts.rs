@@ -128,6 +128,27 @@ fn an_uneven_pupil_and_its_centre_are_found() {
 }
 
 #[test]
+fn one_stop_is_found_and_not_imitated_by_seventh_order() {
+    let fit = fitted(
+        &observe(&with(&effects::Vignetting, &[1.05, 0.35, 4.0, 0.0])),
+        PupilModel::Extended,
+    );
+    // In the coordinates of the stop, the rim of the pupil is a stop of 1 / 1.05 that shifts by 0.35 / 1.05.
+    let stops = [0, 2].map(|k| {
+        let part = |offset: usize| found(&fit, "vignetting", k + offset).expect("a stop");
+        [part(0), part(1).abs()]
+    });
+    let near = |[radius, shift]: [f64; 2]| (radius - 1.05).hypot(shift - 0.35) < 0.05;
+    let same = |[radius, shift]: [f64; 2]| near([1.0 / radius, shift / radius]);
+    assert!(
+        stops.into_iter().any(|stop| near(stop) || same(stop)),
+        "{stops:?}"
+    );
+    assert_eq!(found(&fit, "seventh_order", 0), None);
+    assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
+}
+
+#[test]
 fn blades_are_counted() {
     let set = observe(&with(&effects::AperturePolygon, &[7.0, 20.0, 1.06, 0.1]));
     let fit = fitted(&set, PupilModel::Extended);
