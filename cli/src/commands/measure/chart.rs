@@ -246,7 +246,7 @@ fn page(
     let channels = &measured.photographs[0].channels;
     for (name, chi) in channels.iter().zip(chi_square(measured)) {
         noise.push(format!(
-            "{name}: residuals have {chi:.1} times the variance of photon noise; the blur changes within a block"
+            "{name}: residuals have {chi:.1} times the variance of photon noise"
         ));
     }
     let kept = measured

@@ -130,11 +130,8 @@ fn refined(scene: &Scene, segment: &Segment) -> Result<Segment, LeftOut> {
         return out(Reason::NotAnEdge, 1.0, MAX_MISFIT);
     };
     if line.step <= 0.0 || line.line[0].abs() > extent || line.sigma > extent {
-        return out(
-            Reason::NotAnEdge,
-            line.scatter / line.step.abs(),
-            MAX_MISFIT,
-        );
+        // Not a step at this place, however well the line fits.
+        return out(Reason::NotAnEdge, 1.0, MAX_MISFIT);
     }
     let others = (0..scene.photo.channels.len()).filter_map(|channel| {
         let (mut pixels, _) = scene.pixels(&strip, channel);

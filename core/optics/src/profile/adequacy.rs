@@ -129,6 +129,9 @@ pub const MAX_EXCESS_DESCRIBED: f64 = 0.005;
 /// Largest excess of one that does so in part. PSFs with it differ at a glance.
 pub const MAX_EXCESS_IN_PART: f64 = 0.03;
 
+/// Excess that reads as 0.00 %.
+const LEAST_SHOWN: f64 = 5e-5;
+
 impl Adequacy {
     /// Returns the verdict.
     pub fn verdict(&self) -> Verdict {
@@ -146,6 +149,12 @@ impl fmt::Display for Adequacy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let excess = percent(self.excess_gap);
         match self.verdict() {
+            Verdict::Describes if self.excess_gap < LEAST_SHOWN => {
+                return write!(
+                    f,
+                    "the model describes the lens: held-out PSFs differ from it by no more than their noise"
+                );
+            }
             Verdict::Describes => {
                 return write!(
                     f,
