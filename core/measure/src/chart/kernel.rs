@@ -25,7 +25,7 @@ const FREQUENCIES: usize = 256;
 /// Standard deviation of the weight of these frequencies, radians per px: that of the light of a narrow PSF.
 const WEIGHT_WIDTH: f64 = 1.7;
 
-/// What turns the kernel of a block into a PSF integrated over pixels.
+/// The step from the kernel of a block to a PSF integrated over pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Integration {
     /// Whether the chart was averaged over [`Aperture::Soft`](super::picture::Aperture::Soft).
