@@ -149,7 +149,7 @@ fn plane_of_neighbours(values: &[f64], columns: usize, rows: usize) -> Vec<f64> 
             let top = row.saturating_sub(1).min(rows - 3);
             let at = |x: usize, y: usize| values[(top + y) * columns + left + x];
             let slope_x = median_slope(|line, k| at(k, line));
-            let slope_y = median_slope(&at);
+            let slope_y = median_slope(at);
             let mut here: Vec<f64> = (0..9)
                 .map(|k| {
                     let (x, y) = (k % 3, k / 3);
