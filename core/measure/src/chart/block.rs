@@ -6,9 +6,12 @@ use super::picture::Region;
 use super::variation::Variation;
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
+use crate::robust::scatter;
 
 /// Weight of the squared gradient of a tile over the mean diagonal of the normal equations.
-const GRADIENT_WEIGHT: f64 = 2e-4;
+const GRADIENT_WEIGHT: f64 = 1e-4;
+/// Standard deviations from which on a pixel is left out.
+const OUTLIER_SIGMAS: f64 = 6.0;
 /// Sweeps of coordinate descent, and the largest change relative to the largest sample at which it ends.
 const MAX_SWEEPS: usize = 400;
 const CHANGE: f64 = 1e-6;
@@ -122,8 +125,10 @@ impl BlockTask<'_> {
         let mut offset = 0.0;
         let mut normal = DMatrix::zeros(unknowns + 1, unknowns + 1);
         let mut changed = DVector::zeros(count);
+        let mut weights = DVector::zeros(count);
         for step in 0..self.light_steps {
-            let weights = predicted.map(|v| 1.0 / (self.dark_variance + self.gain * v.max(0.0)));
+            weights = predicted.map(|v| 1.0 / (self.dark_variance + self.gain * v.max(0.0)));
+            without_outliers(&mut weights, &(&pixels.values - &predicted));
             // Columns are pixels, so that memory is read in order; the product is a blocked one.
             let mut weighted = pixels.design.clone();
             let mut right_side = &pixels.values - changed.component_mul(&light);
@@ -151,9 +156,9 @@ impl BlockTask<'_> {
                 ..NO_CONTRAST
             });
         }
-        let weights = predicted.map(|v| 1.0 / (self.dark_variance + self.gain * v.max(0.0)));
         let residual = &pixels.values - &predicted;
-        let chi_square = residual.component_mul(&residual).dot(&weights) / count as f64;
+        let used = weights.iter().filter(|w| **w > 0.0).count();
+        let chi_square = residual.component_mul(&residual).dot(&weights) / used.max(1) as f64;
         let sigma = self.kernel_sigma(&normal) * chi_square.max(1.0).sqrt() / total;
         Ok(BlockEstimate {
             kernel: kernel.iter().map(|v| v / total).collect(),
@@ -263,6 +268,19 @@ impl BlockTask<'_> {
             (0..unknowns).map(|k| m[(k, k)]).sum::<f64>() / unknowns as f64
         });
         variance.sqrt()
+    }
+}
+
+/// Sets the weights of pixels to zero whose residuals stand out from the others: hot pixels and dust.
+fn without_outliers(weights: &mut DVector<f64>, residual: &DVector<f64>) {
+    let relative = residual.zip_map(weights, |r, w| r * w.sqrt());
+    let limit = OUTLIER_SIGMAS * scatter(relative.as_slice());
+    if limit > 0.0 {
+        for (weight, value) in weights.iter_mut().zip(&relative) {
+            if value.abs() > limit {
+                *weight = 0.0;
+            }
+        }
     }
 }
 

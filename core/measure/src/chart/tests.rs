@@ -200,6 +200,28 @@ fn a_blur_that_changes_over_the_field_is_measured_in_every_colour() {
 }
 
 #[test]
+fn hot_pixels_change_no_block() {
+    let cells = chart();
+    let mut photo = photograph(Pose::Upright, 1.0);
+    let clean = measure(&photo, &picture(&cells)).expect("measurable");
+    for block in &clean.blocks {
+        let [x, y] = block.centre;
+        photo.planes[0][(y + 7) * photo.width + x - 5] = 9_000.0;
+        photo.planes[0][(y - 6) * photo.width + x + 3] = 9_000.0;
+    }
+    let hot = measure(&photo, &picture(&cells)).expect("measurable");
+    assert_eq!(hot.blocks.len(), clean.blocks.len());
+    for (a, b) in clean.blocks.iter().zip(&hot.blocks) {
+        for channel in 0..3 {
+            let (a, b) = (a.covariance(channel), b.covariance(channel));
+            for (a, b) in a.into_iter().zip(b) {
+                assert!((a - b).abs() < 0.02, "channel {channel}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
 fn charts_that_cannot_be_used_are_refused_with_the_reason() {
     let cells = chart();
     let chart = picture(&cells);
