@@ -2,31 +2,57 @@
 
 use crate::photograph::Photograph;
 
-/// Returns the plane of `channel`, with a value at every pixel. In mosaics, green is interpolated along the direction of the
-/// smaller gradient, and other colours by their difference to green (Hamilton and Adams 1997).
+/// Standard deviation of the Gaussian over which differences between colours are averaged, px, and the distance at which it ends.
+/// Colours change more slowly than light, and single differences hold the errors of the interpolation of green.
+const DIFFERENCE_PX: f32 = 1.7;
+const DIFFERENCE_REACH: usize = 4;
+
+/// Returns the plane of `channel`, with a value at every pixel. In mosaics, colours are scaled to the level of green, since only
+/// balanced colours differ little in detail. Then green is interpolated along the direction of the smaller gradient, and other
+/// colours by their difference to green (Hamilton and Adams 1997).
 pub fn sharp_plane(photo: &Photograph, channel: usize) -> Vec<f32> {
     let plane = &photo.planes[photo.plane_of(channel)];
     if photo.mosaic.is_none() {
         return plane.clone();
     }
+    let levels: Vec<f32> = (0..photo.channels.len()).map(|c| level(photo, c)).collect();
     let green = photo.reference_channel();
-    let of_green = directed(photo, green);
-    if channel == green {
-        return of_green;
-    }
-    let difference: Vec<f32> = plane.iter().zip(&of_green).map(|(v, g)| v - g).collect();
-    let mut result = of_green;
-    for y in 0..photo.height {
-        for x in 0..photo.width {
-            result[y * photo.width + x] += nearest_mean(photo, channel, &difference, x, y);
+    let balanced: Vec<f32> = (plane.iter().enumerate())
+        .map(|(k, value)| {
+            let (x, y) = (k % photo.width, k / photo.width);
+            let own = (0..levels.len()).find(|c| photo.covers(*c, x, y));
+            value * levels[green] / own.map_or(levels[green], |c| levels[c])
+        })
+        .collect();
+    let mut result = directed(photo, &balanced, green);
+    if channel != green {
+        let difference: Vec<f32> = balanced.iter().zip(&result).map(|(v, g)| v - g).collect();
+        for y in 0..photo.height {
+            for x in 0..photo.width {
+                result[y * photo.width + x] += smooth_mean(photo, channel, &difference, x, y);
+            }
         }
     }
-    result
+    let scale = levels[channel] / levels[green];
+    result.iter().map(|v| v * scale).collect()
 }
 
-/// Returns `channel` with missing pixels interpolated along rows or columns.
-fn directed(photo: &Photograph, channel: usize) -> Vec<f32> {
+/// Returns the mean of the pixels of `channel`; one where it is not positive.
+fn level(photo: &Photograph, channel: usize) -> f32 {
     let plane = &photo.planes[photo.plane_of(channel)];
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for (k, value) in plane.iter().enumerate() {
+        if photo.covers(channel, k % photo.width, k / photo.width) {
+            sum += f64::from(*value);
+            count += 1.0;
+        }
+    }
+    let mean = sum / count.max(1.0);
+    if mean > 0.0 { mean as f32 } else { 1.0 }
+}
+
+/// Returns `channel` of `plane` with missing pixels interpolated along rows or columns.
+fn directed(photo: &Photograph, plane: &[f32], channel: usize) -> Vec<f32> {
     let (width, height) = (photo.width as i64, photo.height as i64);
     let at = |x: i64, y: i64| {
         // Mirrored about the border pixel, which keeps the pattern of the mosaic.
@@ -42,7 +68,7 @@ fn directed(photo: &Photograph, channel: usize) -> Vec<f32> {
         let (x, y) = (mirror(x, width), mirror(y, height));
         f64::from(plane[(y.clamp(0, height - 1) * width + x.clamp(0, width - 1)) as usize])
     };
-    let mut result = plane.clone();
+    let mut result = plane.to_vec();
     for y in 0..height {
         for x in 0..width {
             if photo.covers(channel, x as usize, y as usize) {
@@ -70,19 +96,21 @@ fn directed(photo: &Photograph, channel: usize) -> Vec<f32> {
     result
 }
 
-/// Returns the mean of `values` over the nearest pixels of `channel`.
-fn nearest_mean(photo: &Photograph, channel: usize, values: &[f32], x: usize, y: usize) -> f32 {
-    if photo.covers(channel, x, y) {
-        return values[y * photo.width + x];
-    }
+/// Returns the mean of `values` over the pixels of `channel` around a pixel, the nearer ones more.
+fn smooth_mean(photo: &Photograph, channel: usize, values: &[f32], x: usize, y: usize) -> f32 {
     let (mut sum, mut weight) = (0.0, 0.0);
-    for v in y.saturating_sub(1)..(y + 2).min(photo.height) {
-        for u in x.saturating_sub(1)..(x + 2).min(photo.width) {
+    let near = |at: usize, size: usize| {
+        at.saturating_sub(DIFFERENCE_REACH)..(at + DIFFERENCE_REACH + 1).min(size)
+    };
+    for v in near(y, photo.height) {
+        for u in near(x, photo.width) {
             if photo.covers(channel, u, v) {
-                sum += values[v * photo.width + u];
-                weight += 1.0;
+                let square = (u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2)) as f32;
+                let own = (-0.5 * square / DIFFERENCE_PX.powi(2)).exp();
+                sum += own * values[v * photo.width + u];
+                weight += own;
             }
         }
     }
-    sum / f32::max(weight, 1.0)
+    if weight > 0.0 { sum / weight } else { 0.0 }
 }

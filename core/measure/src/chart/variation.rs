@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::block::BlockEstimate;
+use crate::robust::median;
 
 /// Blocks whose kernels decide the change over one of them, the nearest ones, and the least number of them.
 const NEIGHBOURS: usize = 25;
@@ -39,11 +40,15 @@ impl Variation {
             return None;
         }
         let reach = REACH * distance(&near.last()?.0);
+        // Blocks of little texture are noisy. Below the median, noise hardly counts.
+        let mut noises: Vec<f64> = near.iter().map(|(_, e)| e.sigma).collect();
+        let typical = median(&mut noises).max(f64::MIN_POSITIVE);
+        let noise = |estimate: &BlockEstimate| (estimate.sigma / typical).max(1.0);
         let size = 1 + TERMS;
         let mut normal = DMatrix::zeros(size, size);
         let mut weighted = DMatrix::zeros(size, near.len());
-        for (column, (at, _)) in near.iter().enumerate() {
-            let weight = (1.0 - (distance(at) / reach).powi(3)).powi(3);
+        for (column, (at, estimate)) in near.iter().enumerate() {
+            let weight = (1.0 - (distance(at) / reach).powi(3)).powi(3) / noise(estimate).powi(2);
             let row: Vec<f64> = std::iter::once(1.0)
                 .chain(terms(off(at).map(|v| v / reach)))
                 .collect();
