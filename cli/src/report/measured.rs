@@ -1,6 +1,7 @@
 //! The page of a measurement: what was kept and left out over the photograph, noise, the lens, and what to shoot next.
 
 use image::RgbImage;
+use seidel_core::distance::ObjectDistance;
 use seidel_core::profile::LensProfile;
 use seidel_measure::{LeftOut, Photograph, Reason};
 
@@ -25,6 +26,8 @@ pub struct MeasuredPage<'a> {
     pub kind: &'static str,
     /// The photographs.
     pub photographs: &'a [Photograph],
+    /// Distances of all that the lens was fitted to, earlier photographs included.
+    pub distances: Vec<ObjectDistance>,
     /// Places that were kept.
     pub kept: Vec<Place>,
     /// Places that were left out.
@@ -252,18 +255,17 @@ impl MeasuredPage<'_> {
             ),
             (
                 Reason::LowContrast,
-                "The chart has little contrast in places: light it evenly, and avoid reflections.",
+                "Places have little contrast, or little fine detail, as beside corner marks: light the chart evenly, avoid reflections, and fill the frame with it.",
             ),
         ] {
             if notable(why) {
                 next.push(advice.to_owned());
             }
         }
-        let mut distances: Vec<String> = Vec::new();
-        for photo in self.photographs {
-            let text = photo.distance.to_string();
-            if !distances.contains(&text) {
-                distances.push(text);
+        let mut distances: Vec<ObjectDistance> = Vec::new();
+        for distance in &self.distances {
+            if !distances.contains(distance) {
+                distances.push(*distance);
             }
         }
         if distances.len() < 3 {
@@ -352,6 +354,7 @@ mod tests {
         let left_out = [omitted(Reason::Clipped), omitted(Reason::Clipped)];
         let page = measured_page(&MeasuredPage {
             kind: "lights",
+            distances: vec![photo.distance],
             photographs: &[photo],
             kept: places.map(|at| Place { photograph: 0, at }).to_vec(),
             left_out: &left_out,

@@ -192,7 +192,7 @@ pub(super) fn finish(
     }
     let lens = fit.as_ref().map(|fit| fit.lens());
     let sheet = chart_sheet(measured);
-    let page = page(measured, lens, &sheet, remarks);
+    let page = page(measured, &set, lens, &sheet, remarks);
     let written = output::Written {
         set: &set,
         left_out: &left_out,
@@ -231,6 +231,7 @@ fn chi_square(measured: &ChartSet) -> Vec<f64> {
 
 fn page(
     measured: &ChartSet,
+    set: &ObservationSet,
     lens: Option<&LensProfile>,
     sheet: &RgbImage,
     remarks: &[String],
@@ -262,6 +263,7 @@ fn page(
     measured_page(&MeasuredPage {
         kind: "blocks",
         photographs: &measured.photographs,
+        distances: set.observations.iter().map(|o| o.distance).collect(),
         kept: kept.collect(),
         left_out: &measured.left_out(),
         sheet,

@@ -129,7 +129,7 @@ fn write(
     fit: &EdgeFit,
 ) -> Result<(), CommandError> {
     let sheet = edge_sheet(measured);
-    let page = page(measured, fit, &sheet);
+    let page = page(measured, set, fit, &sheet);
     let predicted = predicted(set, fit)?;
     write_folder_atomically(&args.out, |folder| {
         manifest::write_into(&predicted, folder)?;
@@ -152,7 +152,7 @@ fn write(
 }
 
 /// Returns the report as a web page.
-fn page(measured: &MeasuredEdges, fit: &EdgeFit, sheet: &RgbImage) -> String {
+fn page(measured: &MeasuredEdges, set: &EdgeSet, fit: &EdgeFit, sheet: &RgbImage) -> String {
     let mut noise: Vec<String> = (kept(&measured.set).into_iter())
         .map(|(name, count)| format!("{count} edges in {name}"))
         .collect();
@@ -175,6 +175,7 @@ fn page(measured: &MeasuredEdges, fit: &EdgeFit, sheet: &RgbImage) -> String {
     measured_page(&MeasuredPage {
         kind: EDGES,
         photographs: &measured.photographs,
+        distances: set.edges.iter().map(|e| e.distance).collect(),
         kept: places.collect(),
         left_out: &measured.left_out,
         sheet,

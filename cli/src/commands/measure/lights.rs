@@ -160,6 +160,7 @@ fn page(
     measured_page(&MeasuredPage {
         kind: "lights",
         photographs: &measured.photographs,
+        distances: set.observations.iter().map(|o| o.distance).collect(),
         kept: (measured.lights.iter())
             .map(|light| Place {
                 photograph: light.photograph,

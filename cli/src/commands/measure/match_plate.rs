@@ -236,6 +236,7 @@ fn page(measured: &MeasuredEdges, matched: &PlateMatch, sheet: &RgbImage) -> Str
     measured_page(&MeasuredPage {
         kind: EDGES,
         photographs: &measured.photographs,
+        distances: vec![measured.photographs[0].distance],
         kept: places.collect(),
         left_out: &measured.left_out,
         sheet,
