@@ -431,3 +431,34 @@ fn simulated_photographs_of_an_independent_program_are_measured() {
         check_case(case, "2");
     }
 }
+
+/// Returns the star photograph of the set `dash-stars` (tests/data/compressed_dash.fits of the source distribution of regularizepsf
+/// 1.2.1): the file that `SEIDEL_DASH` names, or one beside the photographs of the data.
+fn star_photograph() -> Option<PathBuf> {
+    match std::env::var_os("SEIDEL_DASH") {
+        Some(path) => Some(PathBuf::from(path)),
+        None => real_data("photos/compressed_dash.fits"),
+    }
+}
+
+#[test]
+fn a_star_photograph_gives_the_lens_of_its_set() {
+    let Some(file) = star_photograph() else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let line = format!(
+        "measure lights {} --cfa none --distance-m inf --out @stars --fit @lens.json --json",
+        file.display()
+    );
+    let report: Value = serde_json::from_str(&succeeds(folder, &line).stdout).expect("JSON");
+    let kept = report["kept"].as_u64().expect("a number");
+    assert!(kept > 500, "{kept}");
+    let text = std::fs::read_to_string(folder.join("lens.json")).expect("written");
+    let lens = LensProfile::from_json(&text).expect("valid");
+    // Rows of the set run as in the file, upwards; its moments are symmetric about (1497, 818).
+    let axis = lens.frame.axis();
+    let off = (axis.x_px - 1497.0).hypot(axis.y_px - (2048.0 - 818.0));
+    assert!(off < 0.02 * 3072.0, "{axis:?}");
+}

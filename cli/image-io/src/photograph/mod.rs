@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | DNG | a mosaic or linear raw image, with the levels that the file states |
 //! | TIFF, PNG, PGM of one channel with 16 bits | a mosaic whose pattern the caller states, or a monochrome image |
-//! | FITS of two dimensions | the same |
+//! | FITS of two dimensions, plain or compressed by tiles with Rice codes | the same |
 //! | OpenEXR, and float TIFF | linear channels |
 //! | other images | channels decoded as the caller states; 8-bit ones with a warning |
 
@@ -12,6 +12,7 @@ mod developed;
 mod directory;
 mod dng;
 mod fits;
+mod fits_tiles;
 mod lossless_jpeg;
 mod pgm;
 

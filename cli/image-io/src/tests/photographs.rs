@@ -268,6 +268,74 @@ fn damaged_and_unsupported_dng_files_are_refused() {
     );
 }
 
+/// Returns the block of a FITS header with `cards`.
+fn fits_header(cards: &[&str]) -> Vec<u8> {
+    let mut header = Vec::new();
+    for card in cards.iter().chain(&["END"]) {
+        header.extend(format!("{card:80}").into_bytes());
+    }
+    header.resize(2880, b' ');
+    header
+}
+
+/// Returns a FITS file with `samples` in the first extension, compressed in tiles of 7 x 3 pixels.
+fn fits_of_tiles(samples: &[u16]) -> Vec<u8> {
+    let (tile_width, tile_height) = (7, 3);
+    let height = samples.len() / WIDTH;
+    let upwards: Vec<&[u16]> = samples.chunks_exact(WIDTH).rev().collect();
+    let (mut table, mut heap) = (Vec::new(), Vec::new());
+    for bottom in (0..height).step_by(tile_height) {
+        for left in (0..WIDTH).step_by(tile_width) {
+            let rows = &upwards[bottom..(bottom + tile_height).min(height)];
+            let columns = left..(left + tile_width).min(WIDTH);
+            let values: Vec<i16> = (rows.iter())
+                .flat_map(|row| row[columns.clone()].iter())
+                .map(|s| (i32::from(*s) - 32768) as i16)
+                .collect();
+            let mut tile = Vec::new();
+            ricecomp::write::RCEncoder::new(&mut tile)
+                .encode_short(&values, values.len(), 16)
+                .expect("encodes");
+            for number in [tile.len(), heap.len()] {
+                table.extend((number as u32).to_be_bytes());
+            }
+            heap.extend(tile);
+        }
+    }
+    let rows = table.len() / 8;
+    let mut file = fits_header(&["SIMPLE  = T", "BITPIX  = 8", "NAXIS   = 0"]);
+    let counts = [
+        format!("NAXIS2  = {rows}"),
+        format!("PCOUNT  = {}", heap.len()),
+    ];
+    file.extend(fits_header(&[
+        "XTENSION= 'BINTABLE'",
+        "BITPIX  = 8",
+        "NAXIS   = 2",
+        "NAXIS1  = 8",
+        &counts[0],
+        &counts[1],
+        "TFIELDS = 1",
+        "TFORM1  = '1PB(60)'",
+        "ZIMAGE  = T",
+        "ZCMPTYPE= 'RICE_1  '",
+        "ZBITPIX = 16",
+        "ZNAXIS  = 2",
+        "ZNAXIS1 = 12",
+        "ZNAXIS2 = 8",
+        "ZTILE1  = 7",
+        "ZTILE2  = 3",
+        "ZNAME1  = 'BLOCKSIZE'",
+        "ZVAL1   = 16",
+        "ZNAME2  = 'BYTEPIX '",
+        "ZVAL2   = 2",
+        "BZERO   = 32768",
+    ]));
+    file.extend(table);
+    file.extend(heap);
+    file
+}
+
 #[test]
 fn mosaics_in_pgm_fits_and_tiff_need_a_pattern() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -275,8 +343,7 @@ fn mosaics_in_pgm_fits_and_tiff_need_a_pattern() {
     let samples = samples();
     let mut pgm = format!("P5\n# made by hand\n{WIDTH} {HEIGHT}\n65535\n").into_bytes();
     pgm.extend(samples.iter().flat_map(|s| s.to_be_bytes()));
-    let mut fits = Vec::new();
-    for card in [
+    let mut fits = fits_header(&[
         "SIMPLE  =                    T",
         "BITPIX  =                   16",
         "NAXIS   =                    2",
@@ -284,11 +351,7 @@ fn mosaics_in_pgm_fits_and_tiff_need_a_pattern() {
         "NAXIS2  =                    8",
         "BZERO   =                32768",
         "BSCALE  =                    1",
-        "END",
-    ] {
-        fits.extend(format!("{card:80}").into_bytes());
-    }
-    fits.resize(2880, b' ');
+    ]);
     for row in samples.chunks_exact(WIDTH).rev() {
         fits.extend(
             row.iter()
@@ -307,7 +370,13 @@ fn mosaics_in_pgm_fits_and_tiff_need_a_pattern() {
         black: Some(100.0),
         ..none
     };
-    for (name, bytes) in [("a.pgm", pgm), ("a.fits", fits), ("a.tif", tiff)] {
+    let files = [
+        ("a.pgm", pgm),
+        ("a.fits", fits),
+        ("tiles.fits", fits_of_tiles(&samples)),
+        ("a.tif", tiff),
+    ];
+    for (name, bytes) in files {
         let path = put(folder, name, &bytes);
         let text = refused(&path, &none);
         assert!(text.contains("--cfa RGGB"), "{name}: {text}");
