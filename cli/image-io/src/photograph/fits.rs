@@ -13,6 +13,8 @@ const CARD: usize = 80;
 /// Cards of a header, and extensions, that are read.
 const MAX_CARDS: usize = 36 * 1000;
 const MAX_EXTENSIONS: usize = 100;
+/// Largest number of axes that the standard allows.
+const MAX_AXES: usize = 999;
 /// Largest sample of 16 bits, the clipping level where the caller states none.
 pub(super) const FULL_SCALE: f32 = 65535.0;
 
@@ -61,6 +63,9 @@ impl Header {
     /// Returns the length of the data behind the header without padding, bytes; `None` if it is too large to count.
     fn data_length(&self) -> Option<usize> {
         let axes = self.count("NAXIS");
+        if axes > MAX_AXES {
+            return None;
+        }
         let mut length = usize::from(axes > 0);
         for axis in 1..=axes {
             length = length.checked_mul(self.count(&format!("NAXIS{axis}")))?;
@@ -93,7 +98,8 @@ pub(super) fn read(
             if is_image {
                 axes = axes.max(header.count("NAXIS"));
             }
-            let length = header.data_length().map(|v| v.div_ceil(BLOCK) * BLOCK);
+            let length = header.data_length();
+            let length = length.and_then(|v| v.checked_next_multiple_of(BLOCK));
             rest = length.and_then(|v| data.get(v..)).unwrap_or_default();
             if rest.is_empty() {
                 break;

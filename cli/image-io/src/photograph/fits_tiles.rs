@@ -60,6 +60,9 @@ pub(super) fn read(path: &Path, header: &Header, bytes: &[u8]) -> Result<SensorP
     let tile = (side("ZTILE1", width), side("ZTILE2", 1));
     let (row_bytes, rows) = (header.count("NAXIS1"), header.count("NAXIS2"));
     let across = width.div_ceil(tile.0);
+    if !matches!(row_bytes, SHORT_DESCRIPTOR | LONG_DESCRIPTOR) {
+        return Err(damaged("its table has rows of another length"));
+    }
     if rows != across * height.div_ceil(tile.1) {
         return Err(damaged("its table has another number of tiles"));
     }
@@ -109,13 +112,8 @@ fn descriptor(row: &[u8]) -> Option<(usize, usize)> {
         let value = bytes.iter().fold(0_u64, |sum, b| sum << 8 | u64::from(*b));
         usize::try_from(value).ok()
     };
-    match row.len() {
-        SHORT_DESCRIPTOR | LONG_DESCRIPTOR => {
-            let (length, place) = row.split_at(row.len() / 2);
-            Some((number(length)?, number(place)?))
-        }
-        _ => None,
-    }
+    let (length, place) = row.split_at(row.len() / 2);
+    Some((number(length)?, number(place)?))
 }
 
 /// Decodes tiles.

@@ -390,6 +390,15 @@ fn mosaics_in_pgm_fits_and_tiff_need_a_pattern() {
 }
 
 #[test]
+fn a_fits_header_with_absurd_axes_is_refused_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let header = fits_header(&["SIMPLE  = T", "BITPIX  = 8", "NAXIS   = 4e18"]);
+    let path = put(folder.path(), "a.fits", &[header, vec![0; 2880]].concat());
+    let text = refused(&path, &PhotographOptions::default());
+    assert!(text.contains("two dimensions"), "{text}");
+}
+
+#[test]
 fn developments_are_decoded_with_a_warning_or_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let none = PhotographOptions::default();

@@ -98,13 +98,57 @@ pub(crate) fn pgm() -> Vec<Vec<u8>> {
     vec![bytes]
 }
 
-/// FITS of 16-bit integers and of floats.
+/// FITS of 16-bit integers, of floats, and of integers compressed by tiles.
 pub(crate) fn fits() -> Vec<Vec<u8>> {
-    [16, -32].map(fits_of).into()
+    vec![fits_of(16), fits_of(-32), fits_of_tiles()]
+}
+
+/// Returns the blocks of a FITS header with `cards`.
+fn fits_header(cards: &[(&str, String)]) -> Vec<u8> {
+    let mut text: String = cards
+        .iter()
+        .map(|(name, value)| format!("{:80}", format!("{name:8}= {value:>20}")))
+        .collect();
+    text += &format!("{:80}", "END");
+    let length = text.len().div_ceil(2880) * 2880;
+    format!("{text:length$}").into_bytes()
+}
+
+/// An extension with a tile for each row. Rice codes of zeros alone say that all pixels are zero.
+fn fits_of_tiles() -> Vec<u8> {
+    const TILE_BYTES: u32 = 16;
+    let mut bytes = fits_header(&[
+        ("SIMPLE", "T".to_owned()),
+        ("BITPIX", "8".to_owned()),
+        ("NAXIS", "0".to_owned()),
+    ]);
+    let rows = HEIGHT as u32;
+    bytes.extend(fits_header(&[
+        ("XTENSION", "'BINTABLE'".to_owned()),
+        ("BITPIX", "8".to_owned()),
+        ("NAXIS", "2".to_owned()),
+        ("NAXIS1", "8".to_owned()),
+        ("NAXIS2", rows.to_string()),
+        ("PCOUNT", (TILE_BYTES * rows).to_string()),
+        ("TFIELDS", "1".to_owned()),
+        ("ZIMAGE", "T".to_owned()),
+        ("ZCMPTYPE", "'RICE_1'".to_owned()),
+        ("ZBITPIX", "16".to_owned()),
+        ("ZNAXIS", "2".to_owned()),
+        ("ZNAXIS1", WIDTH.to_string()),
+        ("ZNAXIS2", HEIGHT.to_string()),
+        ("BZERO", "32768".to_owned()),
+    ]));
+    for row in 0..rows {
+        bytes.extend(TILE_BYTES.to_be_bytes());
+        bytes.extend((TILE_BYTES * row).to_be_bytes());
+    }
+    bytes.extend(vec![0; (TILE_BYTES * rows) as usize]);
+    bytes
 }
 
 fn fits_of(bits: i32) -> Vec<u8> {
-    let cards = [
+    let mut bytes = fits_header(&[
         ("SIMPLE", "T".to_owned()),
         ("BITPIX", bits.to_string()),
         ("NAXIS", "2".to_owned()),
@@ -112,13 +156,7 @@ fn fits_of(bits: i32) -> Vec<u8> {
         ("NAXIS2", HEIGHT.to_string()),
         ("BZERO", "0".to_owned()),
         ("BSCALE", "1".to_owned()),
-    ];
-    let mut text: String = cards
-        .iter()
-        .map(|(name, value)| format!("{:80}", format!("{name:8}= {value:>20}")))
-        .collect();
-    text += &format!("{:80}", "END");
-    let mut bytes = format!("{text:2880}").into_bytes();
+    ]);
     for count in counts() {
         if bits == 16 {
             bytes.extend((count as i16).to_be_bytes());
