@@ -1,8 +1,8 @@
 //! The extended model: parts added to the reduced model where they improve held-out zones of the field.
 //!
 //! Fifth-order aberrations come first. The other parts ([`PARTS`]) are then tried in turn: each is fitted to few tiles,
-//! without those of the held-out zones, and the part that lowers the misfit of the held-out zones most is added, as long as
-//! one is worth its parameters.
+//! without those of the held-out zones. Of the parts that are worth their parameters, and lower the misfit of the held-out zones
+//! nearly as much as the best does, the one with the fewest parameters is added, as long as there is one.
 
 use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, QUICK, subsample};
 use super::named;
@@ -244,7 +244,7 @@ impl<'a> Split<'a> {
         })
     }
 
-    /// Adds the part that improves held-out zones most, until none is worth its parameters.
+    /// Adds the best part, until none is worth its parameters.
     fn add_parts(
         &self,
         context: &FitContext,
@@ -337,8 +337,8 @@ impl<'a> Split<'a> {
         (best.missed < round.missed - PLAIN_GAIN).then_some(best)
     }
 
-    /// Returns the lens with the part among `open` that improves held-out zones of `fit` most; `None` if none is worth its
-    /// parameters. Parts that are in the lens, and those that spoil held-out zones, leave `open`.
+    /// Returns the lens with the part among `open` that has the fewest parameters of those that improve held-out zones of `fit` most,
+    /// or nearly so; `None` if none is worth its parameters. Parts that are in the lens, and those that spoil held-out zones, leave `open`.
     fn best(
         &self,
         context: &FitContext,

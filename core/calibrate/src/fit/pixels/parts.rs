@@ -154,8 +154,9 @@ impl Part {
 /// Returns initial stops: radius and shift of a front and a rear one. One alone clips half way to the corner; two begin to
 /// clip on the axis, half way to the corner, or near it.
 fn stops() -> Vec<Vec<f64>> {
-    const NEUTRAL: [f64; 2] = [4.0, 0.0];
-    let one = [[[1.05, 0.3], NEUTRAL], [NEUTRAL, [1.05, -0.3]]];
+    let values = effects::neutral(&effects::Vignetting);
+    let neutral = [values[0], values[1]];
+    let one = [[[1.05, 0.3], neutral], [neutral, [1.05, -0.3]]];
     let two = [[1.0, 0.15], [1.0, 0.5], [1.4, 0.6], [1.8, 0.9]];
     let two = two.map(|[radius, shift]| [[radius, shift], [radius, -shift]]);
     one.iter().chain(&two).map(|stops| stops.concat()).collect()
