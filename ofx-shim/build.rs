@@ -15,8 +15,4 @@ fn main() {
     }
     // Destructors of thread-local values must not run in a library that was unloaded.
     println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");
-    if std::env::var("PROFILE").is_ok_and(|profile| profile == "release") {
-        // Line tables are most of the binary's size.
-        println!("cargo::rustc-cdylib-link-arg=-Wl,--strip-debug");
-    }
 }
