@@ -12,6 +12,8 @@ use seidel_optics::tile::Tile;
 use seidel_render::KernelStore;
 use std::sync::Arc;
 
+use crate::placement::LensFrame;
+
 /// Largest side of a tile that [`Lens::psf_at`] draws, pixels.
 const MAX_TILE_PX: usize = 4096;
 
@@ -69,6 +71,15 @@ impl Lens {
     /// The squeeze of an anamorphic lens, as its camera states it; 1 for a spherical lens.
     pub fn squeeze(&self) -> f64 {
         self.profile.camera.squeeze.unwrap_or(1.0)
+    }
+
+    /// The frame, as plates are placed in it.
+    pub fn frame(&self) -> LensFrame {
+        LensFrame {
+            frame: self.profile.frame,
+            squeeze: self.squeeze(),
+            pixel_pitch_um: self.profile.pixel_pitch_um,
+        }
     }
 
     /// The lens profile.

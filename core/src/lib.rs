@@ -139,8 +139,10 @@ pub use lens::Lens;
 pub use match_colours::match_colours;
 pub use memory::{apply_bytes, layered_apply_bytes, remove_bytes};
 pub use picture_diagnosis::{PictureDiagnosis, PicturePair, diagnose_pictures};
-pub use placement::{PlatePlacement, Rectangle};
-pub use plate::{Background, Depth, DepthMeaning, DepthPass, HoldoutMatte, Plate, PlateGeometry};
+pub use placement::{LensFrame, PlatePlacement, Rectangle};
+pub use plate::{
+    Background, Depth, DepthMeaning, DepthPass, HoldoutMatte, LensScale, Plate, PlateGeometry,
+};
 pub use plate_gap::{ChannelPlateGap, PLATE_GAP_BLOCK_PX, PlateGap, picture_gap, plate_gap};
 pub use prepared::PreparedPlate;
 pub use prepared_background::PreparedBackground;

@@ -79,9 +79,20 @@ pub struct PlateGeometry {
     /// Width of a pixel over its height in the scene: the squeeze of the lens for an anamorphic plate before it is
     /// desqueezed, 1 after. See [`PlatePlacement::new`](crate::PlatePlacement::new).
     pub pixel_aspect: f64,
-    /// Plate pixels per pixel of the lens's frame, counted along y; if `None` the display window is as wide as the
-    /// frame.
-    pub lens_scale: Option<f64>,
+    /// Scale of the frame of the lens on the plate.
+    pub lens_scale: LensScale,
+}
+
+/// Scale of the frame of a lens on a plate.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum LensScale {
+    /// The display window is as wide as the frame.
+    #[default]
+    FrameWidth,
+    /// Plate pixels per pixel of the frame, counted along y.
+    PixelRatio(f64),
+    /// The display window shows this width of the sensor (film back), millimetres. The lens's pixel pitch must be known.
+    FilmBack(f64),
 }
 
 impl PlateGeometry {
@@ -97,14 +108,14 @@ impl PlateGeometry {
             display: all,
             data: all,
             pixel_aspect: 1.0,
-            lens_scale: None,
+            lens_scale: LensScale::FrameWidth,
         }
     }
 
     /// Checks that the renderers can follow this geometry.
     ///
     /// # Errors
-    /// A pixel aspect outside 1/16 to 16, and a lens scale that is not above zero.
+    /// A pixel aspect outside 1/16 to 16, and a lens scale or a film back that is not above zero.
     pub fn check(&self) -> Result<()> {
         let aspect = self.pixel_aspect;
         if !(1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&aspect) {
@@ -114,16 +125,19 @@ impl PlateGeometry {
                 "give the width of a pixel over its height, from 1/16 to 16",
             ));
         }
-        if let Some(scale) = self.lens_scale
-            && !(scale.is_finite() && scale > 0.0)
-        {
-            return Err(Error::new(
-                "lens_scale",
-                format!("is {scale}"),
-                "give a number greater than zero, or none",
-            ));
+        let (name, value) = match self.lens_scale {
+            LensScale::FrameWidth => return Ok(()),
+            LensScale::PixelRatio(ratio) => ("lens_scale", ratio),
+            LensScale::FilmBack(width_mm) => ("film_back_mm", width_mm),
+        };
+        if value.is_finite() && value > 0.0 {
+            return Ok(());
         }
-        Ok(())
+        Err(Error::new(
+            name,
+            format!("is {value}"),
+            "give a number greater than zero, or none",
+        ))
     }
 }
 

@@ -13,13 +13,16 @@ use crate::image::Image;
 use crate::light_scale::LightScale;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
-use crate::plate::{Plate, PlateGeometry};
+use crate::plate::{LensScale, Plate, PlateGeometry};
 use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
 use crate::rendering::Rendering;
 use crate::session::{LensSession, PlateOptics, Refocused, refocus};
 use crate::settings::Edges;
 use seidel_optics::Progress;
+
+/// Diagonal of a picture over that of the frame of the lens that needs no warning: room for other aspect ratios.
+const MOST_DIAGONAL_SHARE: f64 = 1.05;
 
 /// A plate prepared for rendering through a lens: premultiplied planes, channel weights and vergences.
 ///
@@ -442,6 +445,18 @@ impl PreparedPlate {
                     )
                 }))
             })
+    }
+
+    /// Returns a warning if a film back or a lens scale makes the display window larger than the frame of the lens.
+    pub fn frame_warning(&self) -> Option<String> {
+        let lens = self.session.lens().frame();
+        let share = self.placement.diagonal_share(lens, &self.geometry);
+        let is_chosen = self.geometry.lens_scale != LensScale::FrameWidth;
+        (is_chosen && share > MOST_DIAGONAL_SHARE).then(|| {
+            format!(
+                "the picture's diagonal is {share:.2} times that of the lens's frame; blur beyond the frame is extrapolated"
+            )
+        })
     }
 
     /// Returns how far the light of lit pixels reaches along x and along y, plate pixels.

@@ -100,11 +100,9 @@ impl LensSession {
     /// Places a plate of `geometry` in the frame of the lens.
     ///
     /// # Errors
-    /// Those of [`PlateGeometry::check`].
+    /// Those of [`PlatePlacement::new`].
     pub fn place(&self, geometry: &PlateGeometry) -> Result<PlatePlacement> {
-        geometry.check()?;
-        let frame = self.predictor().frame();
-        Ok(PlatePlacement::new(frame, self.lens.squeeze(), geometry))
+        PlatePlacement::new(self.lens.frame(), geometry)
     }
 
     /// Returns where the optical axis meets a plate placed at `placement`, in plate pixels from its first corner.

@@ -36,7 +36,8 @@ pub(crate) fn expanded_region(
     if sides == [false; 4] {
         return region;
     }
-    let Ok((x, y)) = reach(call, knobs, source, region) else {
+    let format = project.filter(|_| knobs.choice(&lens::FRAME) == lens::FRAME_PROJECT);
+    let Ok((x, y)) = reach(call, knobs, source, [format.unwrap_or(region), region]) else {
         return region;
     };
     let longer = (region.x2 - region.x1).max(region.y2 - region.y1);
@@ -74,20 +75,26 @@ fn sides_within(region: OfxRectD, project: Option<OfxRectD>) -> [bool; 4] {
     })
 }
 
-/// Returns how far blur reaches along x and y, canonical, for a source that fills the canonical `region`.
+/// Returns how far blur reaches along x and y, canonical, for a source that fills the canonical region `source_region` of the
+/// `format`.
 ///
 /// With a depth pass, whose values are not known yet, it is that of the farthest and the nearest measured distance.
-fn reach(call: &Call, knobs: &Knobs, source: &Clip, region: OfxRectD) -> Result<(f64, f64)> {
+fn reach(
+    call: &Call,
+    knobs: &Knobs,
+    source: &Clip,
+    [format, source_region]: [OfxRectD; 2],
+) -> Result<(f64, f64)> {
     let profile = chosen_lens(knobs, &lens::LENS, &lens::PROFILE)?;
     let full = Scale::new([1.0; 2], source.pixel_aspect().unwrap_or(1.0));
     let scale = PlateScale::new(full, Field::Whole);
     let settings = settings(knobs, &profile, scale, HostQuality::Full)?;
     let session = LensSession::new(&profile, &settings)?;
-    let pixels = full.pixels_of(region);
-    let extent: Rectangle = PixelMap::new(pixels, Field::Whole).rectangle(pixels);
-    let geometry = plate_geometry(knobs, scale, extent, extent);
+    let map = PixelMap::new(full.pixels_of(format), Field::Whole);
+    let of_plate = |region| -> Rectangle { map.rectangle(full.pixels_of(region)) };
+    let geometry = plate_geometry(knobs, scale, of_plate(format), of_plate(source_region));
     let mut largest = (0.0_f64, 0.0_f64);
-    for distance in distances(call, knobs, &profile)? {
+    for distance in distances(call, knobs, session.lens())? {
         let (x, y) = session.reach_px(&geometry, distance)?;
         largest = (largest.0.max(x), largest.1.max(y));
     }

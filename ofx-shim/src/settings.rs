@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use seidel_core::{
     ChannelScale, Controls, DepthMeaning, Displacement, Edges, FocusControls, Grain, Lens,
-    ObjectDistance, OcclusionSettings, PlateGeometry, Quality, Rectangle, RemovalSettings,
-    Saturation, Settings,
+    LensScale, ObjectDistance, OcclusionSettings, PlateGeometry, Quality, Rectangle,
+    RemovalSettings, Saturation, Settings,
 };
 
 use crate::depth::DepthEncoding;
@@ -64,6 +64,7 @@ pub(crate) fn settings(
     };
     let focus_distance = focus_distance_m(knobs)?;
     settings.controls = Controls {
+        focal_length_mm: unless_zero(knobs.number(&lens::FOCAL_LENGTH)),
         focus_distance: focus_distance.map(ObjectDistance::metres).transpose()?,
         f_number: unless_zero(knobs.number(&lens::F_STOP)),
         sensor_shift_um: unless_zero(knobs.number(&lens::SENSOR_SHIFT)),
@@ -132,8 +133,14 @@ pub(crate) fn plate_geometry(
         display: format,
         data: extent,
         pixel_aspect: scale.y / scale.x,
-        lens_scale: unless_zero(knobs.number(&lens::LENS_SCALE) * scale.y),
+        lens_scale: lens_scale(knobs, scale),
     }
+}
+
+fn lens_scale(knobs: &Knobs, scale: PlateScale) -> LensScale {
+    let film_back = unless_zero(knobs.number(&lens::FILM_BACK)).map(LensScale::FilmBack);
+    let ratio = unless_zero(knobs.number(&lens::LENS_SCALE) * scale.y).map(LensScale::PixelRatio);
+    film_back.or(ratio).unwrap_or_default()
 }
 
 /// Returns the meaning of depth samples of `encoding` after conversion by [`DepthConversion`](crate::depth::DepthConversion).

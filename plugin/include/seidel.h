@@ -497,6 +497,15 @@ typedef struct SeidelSettings {
    * Radius that holds half of the spread light, 0.05 to 20 per cent of the width of the lens's frame. Default 1.
    */
   double bloom_radius;
+  /**
+   * Focal length to scale the lens and its frame to, millimetres; f-number and focus distance stay. NaN: as measured.
+   */
+  double focal_length_mm;
+  /**
+   * Width of the sensor that the format shows (film back), millimetres, for lenses of known pixel pitch; `lens_scale`
+   * must be NaN. NaN: as `lens_scale` says.
+   */
+  double film_back_mm;
 } SeidelSettings;
 
 /**

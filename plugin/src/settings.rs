@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use seidel_core::{
     AlphaKind, AperturePicture, ChannelScale, Controls, DepthConvention, DepthMeaning,
-    Displacement, Edges, FocusControls, Grain, Lens, LensSession, ObjectDistance,
+    Displacement, Edges, FocusControls, Grain, Lens, LensScale, LensSession, ObjectDistance,
     OcclusionSettings, Quality, RemovalSettings, Saturation,
 };
 
@@ -189,6 +189,11 @@ pub struct SeidelSettings {
     pub bloom_level: f64,
     /// Radius that holds half of the spread light, 0.05 to 20 per cent of the width of the lens's frame. Default 1.
     pub bloom_radius: f64,
+    /// Focal length to scale the lens and its frame to, millimetres; f-number and focus distance stay. NaN: as measured.
+    pub focal_length_mm: f64,
+    /// Width of the sensor that the format shows (film back), millimetres, for lenses of known pixel pitch; `lens_scale`
+    /// must be NaN. NaN: as `lens_scale` says.
+    pub film_back_mm: f64,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
@@ -249,6 +254,8 @@ unsafe impl Versioned for SeidelSettings {
         bloom: 0.0,
         bloom_level: 1.0,
         bloom_radius: 1.0,
+        focal_length_mm: f64::NAN,
+        film_back_mm: f64::NAN,
     };
 }
 
@@ -365,15 +372,25 @@ impl Settings {
                 "give a number from 0 to 1",
             ));
         }
-        if self
-            .lens_scale()
-            .is_some_and(|scale| !(scale.is_finite() && scale > 0.0))
-        {
+        if !raw.lens_scale.is_nan() && !raw.film_back_mm.is_nan() {
             return Err(Failure::argument(
-                "settings.lens_scale",
-                format!("is {}", raw.lens_scale),
-                "give a number greater than zero, or NaN",
+                "settings.film_back_mm",
+                "is given beside lens_scale",
+                "set one of them to NaN",
             ));
+        }
+        for (name, value) in [
+            ("settings.lens_scale", raw.lens_scale),
+            ("settings.film_back_mm", raw.film_back_mm),
+        ] {
+            let is_valid = value.is_nan() || (value.is_finite() && value > 0.0);
+            if !is_valid {
+                return Err(Failure::argument(
+                    name,
+                    format!("is {value}"),
+                    "give a number greater than zero, or NaN",
+                ));
+            }
         }
         object_distance(raw.focus_distance)?;
         Ok(self.focus().check()?)
@@ -403,6 +420,7 @@ impl Settings {
         let raw = &self.raw;
         let mut settings = seidel_core::Settings::default();
         settings.controls = Controls {
+            focal_length_mm: unless_nan(raw.focal_length_mm),
             focus_distance: object_distance(raw.focus_distance)?,
             f_number: unless_nan(raw.f_number),
             sensor_shift_um: unless_nan(raw.sensor_shift_um),
@@ -509,9 +527,11 @@ impl Settings {
         }
     }
 
-    /// Plate pixels per pixel of the lens's frame; `None` if the format is as wide as the frame.
-    pub(crate) fn lens_scale(&self) -> Option<f64> {
-        unless_nan(self.raw.lens_scale)
+    /// Scale of the lens's frame on the plate.
+    pub(crate) fn lens_scale(&self) -> LensScale {
+        let film_back = unless_nan(self.raw.film_back_mm).map(LensScale::FilmBack);
+        let ratio = unless_nan(self.raw.lens_scale).map(LensScale::PixelRatio);
+        film_back.or(ratio).unwrap_or_default()
     }
 
     /// Object distance of a plate without a depth image.

@@ -72,6 +72,7 @@ class Lens:
         focus_distance: float | None = None,
         f_number: float | None = None,
         sensor_shift_um: float | None = None,
+        focal_length_mm: float | None = None,
         look: Look | None = None,
     ) -> Lens: ...
     @property

@@ -64,6 +64,8 @@ class Settings:
     """F-number; as measured if ``None``."""
     sensor_shift_um: float | None = None
     """Shift of the sensor away from the lens, micrometres; as measured if ``None``."""
+    focal_length_mm: float | None = None
+    """Focal length to scale the lens and its frame to, millimetres; f-number and focus distance stay. As measured if ``None``."""
     depth_of_field: float = 0.0
     """Range around the focus plane that is as sharp as the plane, metres, half of it on each side."""
     front_multiplier: float = 1.0
@@ -98,6 +100,9 @@ class Settings:
     """Samples that are not finite count as zero; otherwise they are an error."""
     lens_scale: float | None = None
     """Image pixels per pixel of the lens's frame, along y; if ``None`` the image is as wide as the frame."""
+    film_back_mm: float | None = None
+    """Width of the sensor that the display window shows, millimetres, instead of ``lens_scale``: a smaller sensor crops the lens's
+    frame. The lens must have a pixel pitch."""
     pixel_aspect: float = 1.0
     """Width of a pixel over its height in the scene, 1/16 to 16: 2 for an image of a 2x anamorphic lens before it is
     desqueezed."""

@@ -160,16 +160,18 @@ impl Lens {
     /// - `focus_distance`: metres, may be `math.inf`; as measured if `None`.
     /// - `f_number`: as measured if `None`. Below the measured one the blur is extrapolated, with a `UserWarning`.
     /// - `sensor_shift_um`: micrometres away from the lens; negative towards it.
+    /// - `focal_length_mm`: focal length to scale the lens and its frame to; f-number and focus distance stay.
     /// - `look`: a `Look`, which acts on the lens as the other arguments set it. A lens with an aperture picture cannot be saved.
     ///
     /// Raises `Unsupported` for a lens fitted in moments.
-    #[pyo3(signature = (*, focus_distance=None, f_number=None, sensor_shift_um=None, look=None))]
+    #[pyo3(signature = (*, focus_distance=None, f_number=None, sensor_shift_um=None, focal_length_mm=None, look=None))]
     fn adjusted(
         &self,
         py: Python<'_>,
         focus_distance: Option<f64>,
         f_number: Option<f64>,
         sensor_shift_um: Option<f64>,
+        focal_length_mm: Option<f64>,
         look: Option<LookArgs<'_>>,
     ) -> Result<Self> {
         let focus_distance = focus_distance.map(|metres| object_distance(Some(metres)));
@@ -177,6 +179,7 @@ impl Lens {
             focus_distance: focus_distance.transpose()?,
             f_number,
             sensor_shift_um,
+            focal_length_mm,
         };
         let mut core = self.core.with_controls(&controls)?;
         if let Some(look) = look {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use pyo3::prelude::*;
 use seidel_core::{
     AlphaKind, Bloom, ChannelScale, Controls, Displacement, Edges, FocusControls, Grain,
-    OcclusionSettings, Quality, RemovalSettings, Saturation, Settings,
+    LensScale, OcclusionSettings, Quality, RemovalSettings, Saturation, Settings,
 };
 
 use crate::depth::object_distance;
@@ -23,6 +23,7 @@ struct SettingsArgs<'py> {
     focus_distance: Option<f64>,
     f_number: Option<f64>,
     sensor_shift_um: Option<f64>,
+    focal_length_mm: Option<f64>,
     depth_of_field: f64,
     front_multiplier: f64,
     back_multiplier: f64,
@@ -39,6 +40,7 @@ struct SettingsArgs<'py> {
     alpha: String,
     scrub: bool,
     lens_scale: Option<f64>,
+    film_back_mm: Option<f64>,
     pixel_aspect: f64,
     display_window: Option<(i32, i32, usize, usize)>,
     threads: u32,
@@ -70,8 +72,8 @@ pub(crate) struct CallSettings {
     pub(crate) alpha: AlphaKind,
     /// Whether samples that are not finite count as zero.
     pub(crate) replaces_non_finite: bool,
-    /// Plate pixels per pixel of the lens's frame.
-    pub(crate) lens_scale: Option<f64>,
+    /// Scale of the lens's frame on the image.
+    pub(crate) lens_scale: LensScale,
     /// Width of a plate pixel over its height.
     pub(crate) pixel_aspect: f64,
     /// Display window (x, y, width, height) in pixels of the image; the image if `None`.
@@ -156,11 +158,28 @@ impl SettingsArgs<'_> {
             core,
             alpha,
             replaces_non_finite: self.scrub,
-            lens_scale: self.lens_scale,
+            lens_scale: self.lens_scale()?,
             pixel_aspect: self.pixel_aspect,
             display_window: self.display_window,
             threads: self.threads,
         })
+    }
+
+    /// Returns the scale of the lens's frame on the image.
+    ///
+    /// # Errors
+    /// A film back beside a lens scale.
+    fn lens_scale(&self) -> Result<LensScale> {
+        match (self.film_back_mm, self.lens_scale) {
+            (Some(_), Some(_)) => Err(Failure::argument(
+                "settings.film_back_mm",
+                "is given beside lens_scale",
+                "leave one of the two out",
+            )),
+            (Some(width_mm), None) => Ok(LensScale::FilmBack(width_mm)),
+            (None, Some(ratio)) => Ok(LensScale::PixelRatio(ratio)),
+            (None, None) => Ok(LensScale::FrameWidth),
+        }
     }
 
     /// Sets the use of the lens.
@@ -172,6 +191,7 @@ impl SettingsArgs<'_> {
             focus_distance: focus_distance.transpose()?,
             f_number: self.f_number,
             sensor_shift_um: self.sensor_shift_um,
+            focal_length_mm: self.focal_length_mm,
         };
         core.look = self.look.look()?;
         core.bloom = (self.bloom != 0.0).then_some(Bloom {

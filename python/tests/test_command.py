@@ -75,6 +75,10 @@ SETTINGS = [
         Settings(channel_scales={"R": 1.5}, axis_offset_px=(3.0, -2.0)),
         ["--channel-scale", "R=1.5", "--axis-offset", "3,-2"],
     ),
+    (
+        Settings(focal_length_mm=35.0, film_back_mm=24.9),
+        ["--focal-length-mm", "35", "--film-back-mm", "24.9"],
+    ),
     (Settings(lens_scale=0.2, pixel_aspect=1.2), ["--lens-scale", "0.2", "--pixel-aspect", "1.2"]),
     (
         Settings(

@@ -89,6 +89,59 @@ fn plates_and_sheets_obey_the_controls() {
 }
 
 #[test]
+fn focal_length_and_film_back_are_those_of_the_shot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), 60, 40);
+    let render = |extra: &str| {
+        let line =
+            format!("apply --lens @lens.json @plate.exr -o @out.exr --quality exact {extra}");
+        let message = succeeds(folder, &line).stderr;
+        (read_channel(&folder.join("out.exr"), "G"), message)
+    };
+    // The frame is 300 px of 6 µm wide. A plate of 60 px shows all of it, or half of it.
+    let (all, _) = render("");
+    assert_eq!(render("--film-back-mm 1.8").0, all);
+    let (half, quiet) = render("--film-back-mm 0.9");
+    assert_eq!(render("--lens-scale 0.4").0, half);
+    assert_ne!(half, all);
+    let (_, warned) = render("--film-back-mm 2.7");
+    assert!(
+        warned.contains("1.50 times that of the lens's frame"),
+        "{warned}"
+    );
+    assert!(!quiet.contains("of the lens's frame"), "{quiet}");
+    // A lens and its sensor twice as large, at twice all distances, takes the same picture.
+    let plane = "--distance 1.5 --focus-distance 2.5";
+    let large = "--distance 3 --focus-distance 5 --focal-length-mm 100 --film-back-mm 1.8";
+    let (own, of_large) = (
+        render(&format!("{plane} --film-back-mm 0.9")).0,
+        render(large).0,
+    );
+    for (a, b) in own.iter().zip(&of_large) {
+        assert!((a - b).abs() <= 1e-5 * a.abs().max(0.01), "{a} {b}");
+    }
+    assert_ne!(own, render(plane).0);
+    let both = seidel_in(
+        folder,
+        "apply --lens @lens.json @plate.exr -o @out.exr --film-back-mm 36 --lens-scale 1",
+    );
+    assert!(both.stderr.contains("--lens-scale"), "{}", both.stderr);
+    let profile = std::fs::read_to_string(folder.join("lens.json")).expect("written");
+    let without = profile.replace("\"pixel_pitch_um\": 6.0", "\"pixel_pitch_um\": null");
+    assert_ne!(profile, without);
+    std::fs::write(folder.join("lens.json"), without).expect("writable");
+    let line = "apply --lens @lens.json @plate.exr -o @other.exr --film-back-mm 36";
+    let refused = seidel_in(folder, line);
+    assert_eq!(refused.status, 1);
+    for word in ["lens.json", "pixel_pitch_um", "--lens-scale"] {
+        assert!(refused.stderr.contains(word), "{}", refused.stderr);
+    }
+    assert!(!folder.join("other.exr").exists());
+}
+
+#[test]
 fn moments_profiles_refuse_the_controls() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);

@@ -145,6 +145,16 @@ fn apply_equals_the_command() {
     );
     let line = "apply --lens @lens.json --distance 1.5 --edges black";
     assert_equals_command(&host, folder, line);
+    // The shot's camera: the film back counts, not Lens Scale.
+    let camera = [
+        ("focalLength", "35"),
+        ("filmBack", "1.1"),
+        ("lensScale", "3"),
+        ("fStop", "2.8"),
+    ];
+    let host = in_host(folder, DepthInput::OfPlate, &[&depth[..], &camera].concat());
+    let line = "apply --lens @lens.json --no-depth-check --focal-length-mm 35 --film-back-mm 1.1 --f-number 2.8";
+    assert_equals_command(&host, folder, line);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Options of the commands that draw a lens: PSF model, focus, aperture and sensor shift.
+//! Options of the commands that draw a lens: PSF model, focal length, focus, aperture and sensor shift.
 
 use std::path::Path;
 
@@ -17,12 +17,18 @@ use seidel_image_io::lens_profile;
 pub(super) struct DrawingArgs {
     /// Focus distance, metres or `inf`; as measured if omitted
     ///
-    /// Focus distance, f-number and sensor shift need a lens fitted with --model reduced or extended.
+    /// Focus distance, f-number, focal length and sensor shift need a lens fitted with --model reduced or extended.
     #[arg(long, help_heading = "Focus", visible_alias = "focus-plane", value_name = "METRES", value_parser = parse_distance)]
     pub(super) focus_distance: Option<ObjectDistance>,
     /// F-number to stop the lens down to, such as 2.8 or f/2.8; as measured if omitted
     #[arg(long, help_heading = "Focus", value_name = "N", value_parser = parse_f_number)]
     pub(super) f_number: Option<f64>,
+    /// Focal length to scale the lens to, millimetres: the lens and its frame grow in proportion; as measured if omitted
+    ///
+    /// The f-number and the focus distance stay. Blur is that of a lens of this focal length with the measured one's
+    /// aberrations. See --film-back-mm.
+    #[arg(long, help_heading = "Focus", value_name = "MM")]
+    pub(super) focal_length_mm: Option<f64>,
     /// Shift of the sensor away from the lens, micrometres; negative towards it
     #[arg(long, help_heading = "Focus", value_name = "UM")]
     pub(super) sensor_shift_um: Option<f64>,
@@ -76,6 +82,7 @@ impl DrawingArgs {
     ) -> Result<Drawing, CommandError> {
         let requested = self.psf.as_deref().map(psf::by_id).transpose()?;
         let controls = Controls {
+            focal_length_mm: self.focal_length_mm,
             focus_distance: self.focus_distance,
             f_number: self.f_number,
             sensor_shift_um: self.sensor_shift_um,

@@ -21,6 +21,9 @@ pub(super) fn update(effect: &Effect, time: f64) {
     // A lens that cannot be read leaves its controls enabled: the render says what is wrong.
     let has_rays = chosen.as_ref().is_none_or(|l| l.predictor().has_rays());
     let has_aperture = (chosen.as_ref()).is_none_or(|l| l.profile().camera.f_number.is_some());
+    let has_focal_length =
+        (chosen.as_ref()).is_none_or(|l| l.profile().camera.focal_length_mm.is_some());
+    let has_pitch = (chosen.as_ref()).is_none_or(|l| l.profile().pixel_pitch_um.is_some());
     let has_blades = look::blade_count(knobs.choice(&look::BLADES)).is_some_and(|count| count > 0);
     // The look of a removal is that of the lens.
     let has_look = mode != lens::REMOVE;
@@ -31,7 +34,7 @@ pub(super) fn update(effect: &Effect, time: f64) {
     };
     let has_pupil = has_look && looked_at.is_none_or(|l| l.predictor().has_rays());
     let blooms = has_look && knobs.number(&look::BLOOM) > 0.0;
-    let states: [(&Knob, bool); 43] = [
+    let states: [(&Knob, bool); 46] = [
         (
             &output::CHANNELS,
             knobs.choice(&output::OUTPUT) == output::RESULT,
@@ -57,6 +60,9 @@ pub(super) fn update(effect: &Effect, time: f64) {
         (&depth::UNIT, uses_depth && !depth::is_direct(math)),
         (&depth::NEAR, uses_depth && depth::has_near(math)),
         (&depth::FAR, uses_depth && depth::has_far(math)),
+        (&lens::FOCAL_LENGTH, has_rays && has_focal_length),
+        (&lens::FILM_BACK, has_pitch),
+        (&lens::LENS_SCALE, knobs.number(&lens::FILM_BACK) == 0.0),
         (&lens::F_STOP, has_rays && has_aperture),
         (&lens::SENSOR_SHIFT, has_rays),
         (&focus::DISTANCE, focused == focus::AT_DISTANCE),

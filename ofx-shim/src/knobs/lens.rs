@@ -138,6 +138,18 @@ pub(crate) static F_STOP: Knob = Knob {
     },
 };
 
+pub(crate) static FOCAL_LENGTH: Knob = Knob {
+    name: c"focalLength",
+    label: c"Focal Length",
+    hint: c"Focal length of the shot's camera, in millimetres: the lens and its frame are scaled to it; F Stop and focus stay. 0: as measured. For lenses fitted ray by ray.",
+    kind: Kind::Number {
+        default: 0.0,
+        range: (0.0, 10000.0),
+        slider: (0.0, 300.0),
+        digits: 1,
+    },
+};
+
 pub(crate) static SENSOR_SHIFT: Knob = Knob {
     name: c"sensorShift",
     label: c"Sensor Shift",
@@ -185,6 +197,18 @@ pub(crate) static LENS_SCALE: Knob = Knob {
     },
 };
 
+pub(crate) static FILM_BACK: Knob = Knob {
+    name: c"filmBack",
+    label: c"Film Back",
+    hint: c"Width of the sensor that the format shows, in millimetres: 36 for full frame, 24.9 for Super 35. A smaller sensor crops the lens's frame. 0: Lens Scale counts.",
+    kind: Kind::Number {
+        default: 0.0,
+        range: (0.0, 1000.0),
+        slider: (0.0, 70.0),
+        digits: 2,
+    },
+};
+
 pub(crate) static AXIS_OFFSET: Knob = Knob {
     name: c"axisOffset",
     label: c"Axis Offset",
@@ -212,11 +236,13 @@ pub(crate) static GROUP: Group = Group {
         &RED_SCALE,
         &GREEN_SCALE,
         &BLUE_SCALE,
+        &FOCAL_LENGTH,
         &F_STOP,
         &SENSOR_SHIFT,
         &GEOMETRY,
         &FRAME,
         &LENS_SCALE,
+        &FILM_BACK,
         &AXIS_OFFSET,
     ],
 };

@@ -38,7 +38,7 @@ pub(super) fn draw(call: &Call, overlay: Handle) -> Result<bool> {
         for ellipse in ellipses(instance, &placement)?.iter() {
             canvas.lines(LINE_LOOP, &outline(ellipse, &placement));
         }
-        canvas.cross(placement.canonical(placement.optical_axis()));
+        canvas.cross(placement.canonical(placement.optical_axis()?));
     }
     if !focus_handle::is_drawn_by_host(call) {
         canvas.set_colour(COLOUR_ACTIVE);

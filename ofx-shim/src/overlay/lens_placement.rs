@@ -63,11 +63,13 @@ impl LensPlacement {
     }
 
     /// Returns where the optical axis meets the plate, in plate pixels.
-    pub(super) fn optical_axis(&self) -> (f64, f64) {
-        let frame = self.lens.profile().frame;
-        let placement = PlatePlacement::new(frame, self.lens.squeeze(), &self.geometry);
-        let axis = placement.axis(frame, self.settings.axis_offset_px);
-        (axis.x_px, axis.y_px)
+    ///
+    /// # Errors
+    /// A film back for a lens of unknown pixel pitch.
+    pub(super) fn optical_axis(&self) -> Result<(f64, f64)> {
+        let placement = PlatePlacement::new(self.lens.frame(), &self.geometry)?;
+        let axis = placement.axis(self.lens.frame().frame, self.settings.axis_offset_px);
+        Ok((axis.x_px, axis.y_px))
     }
 
     /// Converts plate pixels to canonical coordinates.

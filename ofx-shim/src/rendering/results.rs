@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::{Image, ResultStore};
-
-use crate::host::Result;
+use seidel_core::{Image, Result, ResultStore};
 
 /// Most memory that results take, bytes, of all instances together: seven HD frames or one of 4096 x 2160 with alpha.
 const MOST_BYTES: usize = 256 << 20;
@@ -17,26 +15,23 @@ pub(super) struct KeptResult {
 
 static RESULTS: ResultStore<KeptResult> = ResultStore::new(MOST_BYTES);
 
-/// Returns what `render` makes, or made before with the same `key`, a hash of all that it is made from. `None` if `render` returns none.
+/// Returns what `render` makes, or made before with the same `key`, a hash of all that it is made from.
 ///
 /// # Errors
 /// Those of `render`.
 pub(super) fn kept_or_rendered(
     key: u64,
-    render: impl FnOnce() -> Result<Option<KeptResult>>,
-) -> Result<Option<Arc<KeptResult>>> {
+    render: impl FnOnce() -> Result<KeptResult>,
+) -> Result<Arc<KeptResult>> {
     if let Some(result) = RESULTS.get(key) {
-        return Ok(Some(result));
+        return Ok(result);
     }
-    let Some(result) = render()? else {
-        return Ok(None);
-    };
-    let result = Arc::new(result);
+    let result = Arc::new(render()?);
     let image = &result.image;
     let planes = image.colours.iter().chain(&image.alpha);
     let bytes = planes.map(|plane| size_of_val(plane.as_slice())).sum();
     RESULTS.insert(key, bytes, Arc::clone(&result));
-    Ok(Some(result))
+    Ok(result)
 }
 
 /// Drops all results.

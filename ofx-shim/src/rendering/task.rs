@@ -94,26 +94,20 @@ impl RenderJob {
             Task::Apply => window,
             _ => extent,
         };
-        let mut hasher = DefaultHasher::new();
-        session.fingerprint(&plate).hash(&mut hasher);
-        if let Task::Relens(other) = &task {
-            (other.lens().to_json(), format!("{:?}", other.settings())).hash(&mut hasher);
-        }
-        let part = [
-            target.x,
-            target.y,
-            target.width as i32,
-            target.height as i32,
-        ];
-        format!("{} {margins:?} {part:?}", task.name()).hash(&mut hasher);
-        let render = || {
-            // On the threads of the plugin, so that the host is asked to abort meanwhile.
-            threads::run(effect, move |progress| {
+        // On the threads of the plugin, so that the host is asked to abort meanwhile.
+        let result = threads::run(effect, move |progress| {
+            let mut hasher = DefaultHasher::new();
+            session.fingerprint(&plate).hash(&mut hasher);
+            if let Task::Relens(other) = &task {
+                (other.lens().to_json(), format!("{:?}", other.settings())).hash(&mut hasher);
+            }
+            format!("{} {margins:?} {target:?}", task.name()).hash(&mut hasher);
+            kept_or_rendered(hasher.finish(), || {
                 let prepared = session.prepare(plate)?;
                 task.compute(prepared, margins, window, progress)
             })
-        };
-        let Some(result) = kept_or_rendered(hasher.finish(), render)? else {
+        })?;
+        let Some(result) = result else {
             return Ok(None);
         };
         Ok(Some(Rendered {
@@ -196,6 +190,7 @@ fn warnings(plate: &PreparedPlate) -> seidel_core::Result<Vec<String>> {
         warnings = depth_warning::warnings(&findings, pass.meaning.convention, width);
     }
     warnings.extend(plate.focus_warning()?);
+    warnings.extend(plate.frame_warning());
     Ok(warnings)
 }
 

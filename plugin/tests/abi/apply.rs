@@ -9,7 +9,7 @@ use seidel_core::render::{
     BlurField, Displacement, Edges, Gather, LayeredRenderer, Occlusion, Plane, Renderer, Scene,
     VergencePass,
 };
-use seidel_core::{PlateGeometry, PlatePlacement, no_progress};
+use seidel_core::{LensFrame, PlateGeometry, PlatePlacement, no_progress};
 
 use crate::support::{
     LensHandle, TestImage, apply, assert_ok, assert_refused, exports, max_difference, plate,
@@ -38,7 +38,13 @@ fn depth(area: SeidelRect) -> TestImage {
 fn render_by_renderers(image: &TestImage, vergence: VergencePass) -> Vec<Vec<f32>> {
     let lens = Predictor::new(&profile(2.0)).expect("a valid profile");
     let (width, height) = (image.rect.width as usize, image.rect.height as usize);
-    let placement = PlatePlacement::new(lens.frame(), 1.0, &PlateGeometry::of_size(width, height));
+    let frame = LensFrame {
+        frame: lens.frame(),
+        squeeze: 1.0,
+        pixel_pitch_um: None,
+    };
+    let placement = PlatePlacement::new(frame, &PlateGeometry::of_size(width, height));
+    let placement = placement.expect("a place");
     let scene = Scene {
         lens: &lens,
         model: &Gaussian,
@@ -222,6 +228,8 @@ fn every_setting_changes_the_result() {
         ("blur_inside", &|s, _| s.blur_inside = 0),
         ("alpha", &|s, _| s.alpha = SEIDEL_ALPHA_UNPREMULTIPLIED),
         ("lens_scale", &|s, _| s.lens_scale = 0.5),
+        ("film_back_mm", &|s, _| s.film_back_mm = 1.0),
+        ("focal_length_mm", &|s, _| s.focal_length_mm = 70.0),
         ("pixel_aspect", &|s, _| s.pixel_aspect = 2.0),
         ("depth_unit", &|s, _| s.depth_unit = 0.8),
         ("depth_kind", &|s, _| s.depth_kind = SEIDEL_DEPTH_INVERSE),

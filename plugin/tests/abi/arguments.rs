@@ -187,6 +187,13 @@ fn invalid_members_are_refused_by_name() {
     refuses(Argument, "amount", |s, _, _, _| s.amount = -1.0);
     refuses(Argument, "pixel_aspect", |s, _, _, _| s.pixel_aspect = 0.0);
     refuses(Argument, "lens_scale", |s, _, _, _| s.lens_scale = -1.0);
+    refuses(Argument, "film_back_mm", |s, _, _, _| s.film_back_mm = 0.0);
+    refuses(Argument, "beside lens_scale", |s, _, _, _| {
+        (s.lens_scale, s.film_back_mm) = (1.0, 36.0);
+    });
+    refuses(Argument, "focal length", |s, _, _, _| {
+        s.focal_length_mm = 0.0
+    });
     refuses(Argument, "strength", |s, _, _, _| s.strength = f64::NAN);
     refuses(Argument, "front multiplier", |s, _, _, _| {
         s.front_multiplier = 99.0

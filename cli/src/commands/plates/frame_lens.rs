@@ -71,7 +71,7 @@ impl Column {
 }
 
 /// The columns of animation tables; `channel-scale.NAME` is one more.
-const COLUMNS: [Column; 10] = [
+const COLUMNS: [Column; 11] = [
     Column::linear("amount", |options, value| {
         options.adjust.amount = value;
         Ok(())
@@ -94,6 +94,10 @@ const COLUMNS: [Column; 10] = [
     },
     Column::linear("f-number", |options, value| {
         options.drawing.f_number = Some(value);
+        Ok(())
+    }),
+    Column::linear("focal-length-mm", |options, value| {
+        options.drawing.focal_length_mm = Some(value);
         Ok(())
     }),
     Column::linear("sensor-shift-um", |options, value| {
@@ -186,6 +190,7 @@ impl LensOptions {
             setting("psf", model),
             setting("focus-distance", or_as_measured(drawing.focus_distance)),
             setting("f-number", or_as_measured(drawing.f_number)),
+            setting("focal-length-mm", or_as_measured(drawing.focal_length_mm)),
             setting("sensor-shift-um", or_as_measured(drawing.sensor_shift_um)),
         ];
         record.extend(self.adjust.record());

@@ -92,6 +92,7 @@ impl<'a> PlateReader<'a> {
         if let Some(adequacy) = measured.adequacy().filter(poor) {
             warnings.push(format!("{}: {adequacy}", lens_file.display()));
         }
+        args.plate.check_lens(&measured, lens_file)?;
         let options = &args.lens.options;
         let lens = options.set(&measured, lens_file, &base, &mut warnings)?;
         let animation = args.lens.animate.as_deref();
@@ -220,6 +221,9 @@ impl<'a> PlateReader<'a> {
         )?;
         let prepared = lens.session.prepare_parts(image, geometry, depth, None);
         let prepared = prepared.map_err(|e| FileError::from_core(plate.path(), e))?;
+        if order == FrameOrder::First {
+            warnings.extend(prepared.frame_warning());
+        }
         Ok(LoadedPlate {
             lens,
             plate,
@@ -281,14 +285,10 @@ impl<'a> PlateReader<'a> {
     ) -> Result<SettingsRecord, CommandError> {
         let mut record = lens.record.clone();
         record.extend(self.depth.record());
-        let lens_scale = self.args.plate.lens_scale.map_or_else(
-            || "from the display window".to_owned(),
-            |scale| scale.to_string(),
-        );
         let working_space = self.colour.as_ref().map(ColourPipeline::working_space);
         record.extend([
             setting("geometry", value_name(self.args.geometry)),
-            setting("lens-scale", lens_scale),
+            setting("lens-scale", self.args.plate.lens_scale_setting()),
             setting("pixel-aspect", self.args.plate.pixel_aspect(plate)?),
             setting("working-space", working_space.unwrap_or("the plate's")),
         ]);

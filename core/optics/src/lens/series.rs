@@ -157,6 +157,20 @@ impl VergenceSeries {
         }
     }
 
+    /// Returns the series whose value at v is that of this one at v times `factor`, which is above zero.
+    #[must_use]
+    pub fn stretched(&self, factor: f64) -> Self {
+        let powers = || (0..).map(|power| factor.powi(power));
+        let times_powers = |all: &[f64]| all.iter().zip(powers()).map(|(c, p)| c * p).collect();
+        Self {
+            coefficients: times_powers(&self.coefficients),
+            sigma: times_powers(&self.sigma),
+            remainders: (self.remainders.iter())
+                .map(|(v, r)| (v / factor, *r))
+                .collect(),
+        }
+    }
+
     /// Returns the series times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
@@ -183,6 +197,20 @@ mod tests {
         assert_eq!(series.slope(2.0), 1.0);
         assert_eq!(series.degree(), 2);
         assert_eq!(VergenceSeries::constant(3.0).slope(1.0), 0.0);
+    }
+
+    #[test]
+    fn a_stretched_series_has_the_values_at_multiples() {
+        let series = VergenceSeries {
+            coefficients: vec![2.0, -1.0, 0.5, 3.0],
+            sigma: vec![0.1, 0.2, 0.3, 0.4],
+            remainders: vec![(0.5, 0.3), (1.0, -0.2)],
+        };
+        let stretched = series.stretched(1.6);
+        for v in [0.0, 0.3, 0.5, 0.8, 2.0] {
+            assert!((stretched.at(v) - series.at(1.6 * v)).abs() < 1e-12, "{v}");
+        }
+        assert_eq!(series.stretched(1.0), series);
     }
 
     #[test]

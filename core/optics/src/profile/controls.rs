@@ -1,5 +1,7 @@
-//! Focus, aperture and sensor position other than those at which the lens was measured (docs/background/model.md
-//! section 10).
+//! Focal length, focus, aperture and sensor position other than those at which the lens was measured
+//! (docs/background/model.md section 10).
+
+mod focal_length;
 
 use super::{LensDescription, LensProfile, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
@@ -15,6 +17,9 @@ const MAX_PUPIL_RATIO: f64 = 256.0;
 /// Lens controls that differ from the measured ones; `None` keeps the measured value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Controls {
+    /// Focal length, millimetres: all lengths of the lens and of its frame are scaled in proportion. It stays focused where it
+    /// was.
+    pub focal_length_mm: Option<f64>,
     /// Focused distance, at which the mean of the channels is in focus on the axis.
     pub focus_distance: Option<ObjectDistance>,
     /// F-number.
@@ -32,6 +37,7 @@ impl Controls {
     /// Returns the settings in words, for provenance.
     fn describe(&self) -> String {
         let parts = [
+            self.focal_length_mm.map(|f| format!("scaled to {f} mm")),
             self.f_number.map(|n| format!("f/{n}")),
             self.focus_distance.map(|d| format!("focus at {d}")),
             self.sensor_shift_um
@@ -43,7 +49,7 @@ impl Controls {
 }
 
 impl LensProfile {
-    /// Returns the same lens with its controls set to `controls`: first the f-number, then focus, then the sensor.
+    /// Returns the same lens with its controls set to `controls`: first the focal length, then the f-number, focus and the sensor.
     ///
     /// Parameters are scaled and shifted by the laws of docs/background/model.md section 10. The pupil magnification is
     /// taken as 1 for sensor shifts, and the symmetric blur stays. A pupil wider than measured is extrapolated; see
@@ -67,6 +73,15 @@ impl LensProfile {
         };
         let mut channels = channels.clone();
         let mut camera = self.camera.clone();
+        let mut pixel_pitch_um = self.pixel_pitch_um;
+        let mut kept_focus = None;
+        if let Some(new_mm) = controls.focal_length_mm {
+            let ratio = self.size_ratio(new_mm)?;
+            kept_focus = mean_focus(&channels);
+            channels.iter_mut().for_each(|c| c.set_size(ratio));
+            camera.focal_length_mm = Some(new_mm);
+            pixel_pitch_um = pixel_pitch_um.map(|pitch| pitch * ratio);
+        }
         if let Some(f_number) = controls.f_number {
             let ratio = self.pupil_ratio(f_number)?;
             channels.iter_mut().for_each(|c| c.set_pupil(ratio));
@@ -75,13 +90,15 @@ impl LensProfile {
         if let Some(distance) = controls.focus_distance {
             set_focus(&mut channels, distance, camera.focal_length_mm)?;
             camera.focus_distance = distance;
+        } else if let Some(focus) = kept_focus {
+            set_focus_vergence(&mut channels, focus, camera.focal_length_mm)?;
         }
         if let Some(shift_um) = controls.sensor_shift_um {
             let defocus = SensorShift::new(
                 shift_um,
                 camera.focal_length_mm,
                 camera.f_number,
-                self.pixel_pitch_um,
+                pixel_pitch_um,
             )?;
             channels.iter_mut().for_each(|c| defocus.apply(c));
             camera.focus_distance = mean_focus(&channels).map_or(ObjectDistance::Unknown, |v| {
@@ -95,6 +112,7 @@ impl LensProfile {
         let mut provenance = self.provenance.clone();
         provenance.settings = format!("{}; set to {}", provenance.settings, controls.describe());
         Ok(Self {
+            pixel_pitch_um,
             camera,
             description: LensDescription::Pupil(channels),
             held_out: None,
@@ -184,6 +202,15 @@ fn set_focus(
             "give metres from the entrance pupil, or infinity",
         )
     })?;
+    set_focus_vergence(channels, new, focal_length_mm)
+}
+
+/// Moves the mean focus of `channels` to vergence `new`, 1/m.
+fn set_focus_vergence(
+    channels: &mut [PupilChannel],
+    new: f64,
+    focal_length_mm: Option<f64>,
+) -> Result<()> {
     let old = mean_focus(channels).ok_or_else(|| {
         Error::new(
             "focus distance",

@@ -62,6 +62,13 @@ fn f_number(n: f64) -> Controls {
     }
 }
 
+fn focal_length(mm: f64) -> Controls {
+    Controls {
+        focal_length_mm: Some(mm),
+        ..Controls::default()
+    }
+}
+
 fn focus(distance: ObjectDistance) -> Controls {
     Controls {
         focus_distance: Some(distance),
@@ -160,14 +167,57 @@ fn focus_moves_all_channels_and_keeps_axial_colour() {
 }
 
 #[test]
-fn focus_and_sensor_shift_follow_the_thin_lens_law() {
+fn a_lens_twice_as_large_has_the_rays_of_objects_at_half_the_distance() {
+    let mut lens = lens();
+    let LensDescription::Pupil(channels) = &mut lens.description else {
+        panic!("of this kind");
+    };
+    for channel in channels {
+        (channel.stop_lever_m, channel.wavelength_px) = (0.02, 0.1);
+    }
+    // Focused at twice the distance, which leaves the distance to the sensor in proportion.
+    let large = lens.with_controls(&Controls {
+        focus_distance: Some(ObjectDistance::Metres(4.0)),
+        ..focal_length(100.0)
+    });
+    let large = large.expect("possible");
+    assert_eq!(large.camera.focal_length_mm, Some(100.0));
+    assert_eq!(large.pixel_pitch_um, Some(10.0));
+    assert!(large.provenance.settings.contains("100 mm"));
+    let pairs = lens.pupil_channels().iter().zip(large.pupil_channels());
+    for (old, new) in pairs {
+        assert_eq!(new.measured_vergence, (0.0, 0.5));
+        assert_eq!(new.wavelength_px, 0.05);
+        for (x, y) in [(0.0, 0.0), (-0.4, 0.7), (1.3, -1.2)] {
+            let at = FieldPoint::new(x, y);
+            for v in [0.0, 0.4, 1.0, 1.3] {
+                assert_same(&new.pupil_at(at, v / 2.0), &old.pupil_at(at, v));
+                let displacement = |channel: &PupilChannel, v| {
+                    let (x, y) = channel.displacement_at(at, v, 300.0);
+                    [x, y]
+                };
+                let (a, b) = (displacement(new, v / 2.0), displacement(old, v));
+                assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9, "{a:?} {b:?}");
+            }
+        }
+    }
+    // The focus stays where none is given.
+    let kept = lens.with_controls(&focal_length(100.0)).expect("possible");
+    assert_eq!(kept.camera.focus_distance, ObjectDistance::Metres(2.0));
+    let focus = mean_focus(kept.pupil_channels()).expect("depends on depth");
+    assert!((focus - 0.5).abs() < 1e-12, "{focus}");
+}
+
+#[test]
+fn focal_length_focus_and_sensor_shift_follow_the_thin_lens_law() {
     // alpha = Z2 R (v - vfoc) / pitch of a thin lens at every setting.
     let (f, n, pitch) = (0.05, 2.0, 5e-6);
-    let alpha = |z2: f64| {
+    let of_lens = |z2: f64, f: f64, pitch: f64| {
         let slope = z2 * f / (2.0 * n) / pitch;
         let focus = 1.0 / f - 1.0 / z2;
         VergenceSeries::new(vec![-slope * focus, slope])
     };
+    let alpha = |z2| of_lens(z2, f, pitch);
     let at_focus = |v: f64| f / (1.0 - f * v);
     let mut thin = lens();
     let mut only = channel("Y", 0.0);
@@ -177,9 +227,13 @@ fn focus_and_sensor_shift_follow_the_thin_lens_law() {
         .with_controls(&focus(ObjectDistance::Metres(1.25)))
         .expect("possible");
     let moved = thin.with_controls(&shift(200.0)).expect("possible");
+    let longer = thin.with_controls(&focal_length(85.0)).expect("possible");
+    let (long, wide_pitch) = (0.085, pitch * 85.0 / 50.0);
+    let of_longer = of_lens(long / (1.0 - long * 0.5), long, wide_pitch);
     for (set, want) in [
         (&near, alpha(at_focus(0.8))),
         (&moved, alpha(at_focus(0.5) + 2e-4)),
+        (&longer, of_longer),
     ] {
         for v in [0.0, 0.5, 1.2] {
             let got = set.pupil_channels()[0].alpha.at(v);
@@ -227,6 +281,10 @@ fn invalid_controls_are_rejected_with_a_remedy() {
         (&dark, f_number(0.7), "`camera.f_number`"),
         (&bare, f_number(4.0), "camera.f_number"),
         (&bare, shift(10.0), "camera.focal_length_mm"),
+        (&bare, focal_length(85.0), "camera.focal_length_mm"),
+        (&lens, focal_length(0.0), "at most 64 times"),
+        (&lens, focal_length(f64::NAN), "at most 64 times"),
+        (&moments, focal_length(85.0), "--model reduced"),
         (&lens, shift(f64::INFINITY), "sensor shift"),
     ] {
         let error = lens.with_controls(&controls).expect_err(expected);

@@ -243,6 +243,8 @@ fn change_setting(s: &mut SeidelSettings, rng: &mut Rng) {
         &mut s.lateral_colour,
         &mut s.bloom,
         &mut s.bloom_radius,
+        &mut s.focal_length_mm,
+        &mut s.film_back_mm,
     ];
     let choices = [
         &mut s.geometry,
