@@ -41,7 +41,7 @@ fn main() -> Result<()> {
     loaded.unload()?;
     let (times, delays) = measured?;
     println!(
-        "{width} x {height}, with depth. CPU s: of all threads, without the host's copies of images\n"
+        "{width} x {height}, with depth. CPU s: of all threads, without the host's work on images\n"
     );
     println!("| render | s | CPU s | share of the first |\n| --- | --- | --- | --- |");
     let first = times[0].1.cpu.as_secs_f64();
@@ -51,7 +51,7 @@ fn main() -> Result<()> {
         println!("| {name} | {elapsed:.3} | {cpu:.3} | {share:.1} % |");
     }
     println!(
-        "\n| output, aborted at {MOMENTS} moments | longest wait for the end, s |\n| --- | --- |"
+        "\n| output, aborted at {MOMENTS} moments | longest wait for the end, s, without the host's own work |\n| --- | --- |"
     );
     for (name, longest) in delays {
         println!("| {name} | {:.3} |", longest.as_secs_f64());
@@ -147,7 +147,8 @@ fn measure(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Ren
         .collect())
 }
 
-/// Returns, for some outputs, the longest time from the moment when the host begins to abort until the action ends.
+/// Returns, for some outputs, the longest time from the moment when the host begins to abort until the action ends, without
+/// the host's own work on images.
 fn abort_delays(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Duration)>> {
     let scene = scene(bounds);
     let context = loaded.context(&scene)?;
@@ -171,8 +172,7 @@ fn abort_delays(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str
                 abort_after: Some(after),
                 ..RenderRequest::default()
             };
-            let time = instance.render(&request)?.time;
-            longest = longest.max(time.elapsed.saturating_sub(after));
+            longest = longest.max(instance.render(&request)?.time.after_abort);
         }
         all.push((name, longest));
     }

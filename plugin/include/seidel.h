@@ -616,7 +616,7 @@ typedef struct SeidelPlate {
 
 /**
  * Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never
- * decreasing. The library calls it at the start, about every 20 ms and at the end, always on the thread that made
+ * decreasing. The library calls it at the start, about every 10 ms and at the end, always on the thread that made
  * the call. Return 0 to go on. Any other value before the end stops the work: the call then returns
  * SEIDEL_STATUS_ABORTED within 100 ms. The callback may call the library. It must return normally: no exception and
  * no longjmp.

@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Time between two calls of the host.
-const POLL_INTERVAL: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Time that a cancelled call waits for its work to end before it leaves the work to itself. With one interval it stays below
-/// the 100 ms that the header of the C ABI promises.
-const GRACE_PERIOD: Duration = Duration::from_millis(20);
+/// the 50 ms after which an artist feels a delay, and the 100 ms that the header of the C ABI promises.
+const GRACE_PERIOD: Duration = Duration::from_millis(15);
 
 /// Largest number of threads of a pool.
 const MAX_THREADS: usize = 1024;

@@ -90,6 +90,9 @@ impl<'h> Image<'h> {
         let packed = i64::from(x2 - x1) * image.pixel_bytes();
         let row_bytes = properties.int(IMAGE_ROW_BYTES, 0).map(i64::from);
         image.row_bytes = row_bytes.filter(|bytes| *bytes != 0).unwrap_or(packed);
+        if host.is_mlt() && image.row_bytes > 0 {
+            (image.data, image.row_bytes) = from_last_row(data, image.row_bytes, y2 - y1);
+        }
         let aspect = properties.double(PIXEL_ASPECT, 0);
         image.pixel_aspect = aspect.filter(|aspect| aspect.is_finite() && *aspect > 0.0);
         image.unpremultiplied = properties.equals(PREMULTIPLICATION, UNPREMULTIPLIED);
@@ -102,6 +105,13 @@ impl<'h> Image<'h> {
     }
 }
 
+/// Returns the address of the last of `rows` rows in memory, and the bytes from it to the row before: MLT keeps rows from the top,
+/// but with its property `mlt_origin` it calls the first of them the bottom one.
+fn from_last_row(first: *mut c_void, row_bytes: i64, rows: i32) -> (*mut c_void, i64) {
+    let to_last = i64::from(rows - 1) * row_bytes;
+    (first.wrapping_byte_offset(to_last as isize), -row_bytes)
+}
+
 fn unsupported(property: &str, value: &str, supported: &str) -> Failure {
     Failure::new(
         STATUS_ERR_IMAGE_FORMAT,
@@ -109,4 +119,21 @@ fn unsupported(property: &str, value: &str, supported: &str) -> Failure {
             "The host passed an image with {property} `{value}`. Seidel supports {supported}: convert the image first."
         ),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_from_the_top_begin_with_the_last() {
+        let mut rows = [[1_u16; 4], [2; 4], [3; 4]];
+        let row_bytes = size_of_val(&rows[0]) as i64;
+        let (bottom, up) = from_last_row(rows.as_mut_ptr().cast(), row_bytes, 3);
+        assert_eq!(bottom.cast(), rows[2].as_mut_ptr());
+        assert_eq!(
+            bottom.wrapping_byte_offset(2 * up as isize),
+            rows.as_mut_ptr().cast()
+        );
+    }
 }

@@ -74,6 +74,11 @@ impl Host {
         self.name.starts_with("DaVinciResolve")
     }
 
+    /// Returns whether the host is MLT, whose images have their rows from the top.
+    pub(crate) fn is_mlt(&self) -> bool {
+        self.name == "MLT"
+    }
+
     /// Returns the number of threads to use; 0 means all CPUs, also if the host sets no limit.
     pub(crate) fn threads(&self) -> u32 {
         // Resolve's suite is a stub that always reports one CPU (openfx-supportext).

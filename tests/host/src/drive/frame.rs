@@ -14,7 +14,7 @@ use crate::host::images::{ActiveRender, GuardedBuffer, reclaim};
 use crate::host::locked;
 use crate::host::profile::RowLayout;
 use crate::host::properties::Value;
-use crate::host::render_time::{RenderTime, Stopwatch};
+use crate::host::render_time::{ImageWork, RenderTime, Stopwatch};
 use crate::picture::{Picture, Rect};
 
 /// A render request, and the memory layout of its images.
@@ -247,12 +247,12 @@ impl Instance<'_> {
             field: request.field,
             fetched_clips: Mutex::default(),
         });
-        *locked(&host.image_time) = Duration::ZERO;
+        *locked(&host.image_work) = ImageWork::default();
         let stopwatch = Stopwatch::start();
         let deadline = request.abort_after.map(|after| Instant::now() + after);
         *locked(&host.abort_from) = deadline;
         let status = self.act_render(request, tile.window, &render);
-        let time = stopwatch.stop(*locked(&host.image_time));
+        let time = stopwatch.stop(&locked(&host.image_work), deadline);
         *locked(&host.abort_from) = None;
         frame.time.add(time);
         let held = reclaim(host, Some(&render));

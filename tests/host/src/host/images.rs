@@ -13,7 +13,7 @@ use super::effect::Clip;
 pub(crate) use super::guarded::GuardedBuffer;
 use super::profile::RowLayout;
 use super::properties::{PropertySet, Schema, Value, Values, property_name};
-use super::render_time::cpu_of_thread;
+use super::render_time::timed;
 use super::{Host, locked};
 use crate::picture::{Picture, Rect, Region};
 use crate::scene::{Feed, Scene, components};
@@ -49,10 +49,7 @@ pub(crate) fn fetch(
     time: f64,
     region: Option<Region>,
 ) -> Result<usize, OfxStatus> {
-    let start = cpu_of_thread();
-    let image = make(host, clip, time, region);
-    *locked(&host.image_time) += cpu_of_thread().saturating_sub(start);
-    image
+    timed(&host.image_work, || make(host, clip, time, region))
 }
 
 fn make(host: &Host, clip: &Clip, time: f64, region: Option<Region>) -> Result<usize, OfxStatus> {
@@ -226,12 +223,12 @@ pub(crate) fn release(host: &Host, set: &PropertySet) -> OfxStatus {
     if let Some(buffer) = &image.buffer
         && !image.is_output
     {
-        let start = cpu_of_thread();
-        if buffer.has_changed() {
-            host.record_misuse(format!("the input image of {} was written to", image.clip));
-        }
-        buffer.overwrite();
-        *locked(&host.image_time) += cpu_of_thread().saturating_sub(start);
+        timed(&host.image_work, || {
+            if buffer.has_changed() {
+                host.record_misuse(format!("the input image of {} was written to", image.clip));
+            }
+            buffer.overwrite();
+        });
     }
     kOfxStatOK
 }

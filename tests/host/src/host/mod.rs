@@ -18,13 +18,14 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use openfx::sys::generic::core::OfxHost;
 
 pub(crate) use handles::{HandleTarget, Object, OwnHandle};
 use profile::Profile;
 use properties::{PropertySet, Schema, Values};
+use render_time::ImageWork;
 
 /// Locks a mutex, whether or not a thread panicked while holding it.
 pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -123,8 +124,8 @@ pub struct Host {
     pub(crate) polls_before_abort: AtomicI64,
     /// The moment from which `abort` returns yes.
     pub(crate) abort_from: Mutex<Option<Instant>>,
-    /// CPU time in which images were made for plugins and released.
-    pub(crate) image_time: Mutex<Duration>,
+    /// Work on images in the render under way.
+    pub(crate) image_work: Mutex<ImageWork>,
     pub(crate) path: Mutex<CString>,
     pub(crate) processors: AtomicUsize,
     pub(crate) threads_fail: AtomicBool,
@@ -200,7 +201,7 @@ impl Host {
             counters: Counters::default(),
             polls_before_abort: AtomicI64::new(-1),
             abort_from: Mutex::default(),
-            image_time: Mutex::default(),
+            image_work: Mutex::default(),
             path: Mutex::new(CString::default()),
             processors: AtomicUsize::new(profile.processors as usize),
             threads_fail: AtomicBool::new(false),

@@ -155,7 +155,7 @@ fn runner() -> Profile {
 fn mlt() -> Profile {
     Profile {
         name: "mlt",
-        host_name: c"org.mltframework.mlt",
+        host_name: c"MLT",
         api: (1, 4),
         contexts: vec![kOfxImageEffectContextFilter],
         rows: RowLayout::Negative,

@@ -1,14 +1,19 @@
 //! The time that a render takes, and how much of it the host itself takes.
 
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
+
+use super::locked;
 
 /// The time in the Render action, without what the host does before and after it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RenderTime {
-    /// On the clock, the host's copies of images included.
+    /// On the clock, the host's work on images included: it copies them for the plugin and checks them when they are released.
     pub elapsed: Duration,
-    /// Of all threads of the process, without the host's copies of images. Zero where the system does not tell.
+    /// Of all threads of the process, without the host's work on images. Zero where the system does not tell.
     pub cpu: Duration,
+    /// From the moment when the host begins to abort to the end, on the clock, without the host's work on images.
+    pub after_abort: Duration,
 }
 
 impl RenderTime {
@@ -16,6 +21,7 @@ impl RenderTime {
     pub(crate) fn add(&mut self, other: Self) {
         self.elapsed += other.elapsed;
         self.cpu += other.cpu;
+        self.after_abort += other.after_abort;
     }
 }
 
@@ -33,19 +39,54 @@ impl Stopwatch {
         }
     }
 
-    /// Returns the time since the start; the host took `in_host` of it.
-    pub(crate) fn stop(&self, in_host: Duration) -> RenderTime {
-        let elapsed = self.start.elapsed();
+    /// Returns the time since the start, with the work of the host `on_images`. The host aborts from `abort_from` on.
+    pub(crate) fn stop(&self, on_images: &ImageWork, abort_from: Option<Instant>) -> RenderTime {
+        let end = Instant::now();
         let cpu = cpu_of_process().saturating_sub(self.cpu);
+        let after_abort = abort_from.map_or(Duration::ZERO, |from| {
+            let all = end.saturating_duration_since(from);
+            all.saturating_sub(on_images.elapsed_from(from))
+        });
         RenderTime {
-            elapsed,
-            cpu: cpu.saturating_sub(in_host),
+            elapsed: end.duration_since(self.start),
+            cpu: cpu.saturating_sub(on_images.cpu),
+            after_abort,
         }
     }
 }
 
+/// The host's work on images in a render: their copies for the plugin, and checks when they are released.
+#[derive(Debug, Default)]
+pub(crate) struct ImageWork {
+    /// Processor time.
+    cpu: Duration,
+    /// Starts and ends.
+    spans: Vec<(Instant, Instant)>,
+}
+
+impl ImageWork {
+    /// Returns the time of the work after `from`.
+    fn elapsed_from(&self, from: Instant) -> Duration {
+        let after = |(start, end): &(Instant, Instant)| {
+            end.saturating_duration_since(from)
+                .min(end.duration_since(*start))
+        };
+        self.spans.iter().map(after).sum()
+    }
+}
+
+/// Does `work` on images, and adds its time to `sum`.
+pub(crate) fn timed<T>(sum: &Mutex<ImageWork>, work: impl FnOnce() -> T) -> T {
+    let (start, cpu) = (Instant::now(), cpu_of_thread());
+    let result = work();
+    let mut sum = locked(sum);
+    sum.cpu += cpu_of_thread().saturating_sub(cpu);
+    sum.spans.push((start, Instant::now()));
+    result
+}
+
 /// Returns the CPU time of the calling thread; zero where the system does not tell.
-pub(crate) fn cpu_of_thread() -> Duration {
+fn cpu_of_thread() -> Duration {
     read("/proc/thread-self/schedstat".as_ref())
 }
 
@@ -64,4 +105,22 @@ fn read(path: &std::path::Path) -> Duration {
     let first = text.split_whitespace().next();
     let nanoseconds = first.and_then(|number| number.parse().ok());
     Duration::from_nanos(nanoseconds.unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_on_images_counts_from_the_abort_on() {
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        let work = ImageWork {
+            cpu: Duration::ZERO,
+            spans: vec![(at(10), at(30)), (at(50), at(55))],
+        };
+        for (from, ms) in [(0, 25), (20, 15), (40, 5), (52, 3), (60, 0)] {
+            assert_eq!(work.elapsed_from(at(from)), Duration::from_millis(ms));
+        }
+    }
 }
