@@ -292,30 +292,32 @@ impl LocalPupil {
     ///
     /// A negative radius means that the stops pass no light.
     pub fn inscribed_circle(&self) -> ([f64; 2], f64) {
-        let mut best = ([0.0, 0.0], self.depth([0.0, 0.0]));
+        let centre = [0.0, 0.0];
         if self.stop_count == 1 {
-            return best;
+            return (centre, self.depth(centre));
         }
+        let mut best = (centre, f64::NEG_INFINITY);
         // Moves away from the nearest edge by decreasing steps; the depth is concave.
-        let mut at: [f64; 2] = best.0;
+        let mut at = centre;
         let mut step: f64 = 0.5;
-        for _ in 0..200 {
-            let nearest = self
-                .stops()
-                .iter()
-                .min_by(|a, b| a.depth(at).total_cmp(&b.depth(at)))
-                .expect("the rim is always there");
-            let (dx, dy) = (nearest.centre[0] - at[0], nearest.centre[1] - at[1]);
-            let far = dx.hypot(dy);
+        for _ in 0..=200 {
+            // One square root a stop: `hypot` took a third of the time of a render with an iris of many blades.
+            let (mut depth, mut inwards, mut far) = (f64::INFINITY, [0.0; 2], 0.0);
+            for stop in self.stops() {
+                let to_centre = [stop.centre[0] - at[0], stop.centre[1] - at[1]];
+                let distance = (to_centre[0] * to_centre[0] + to_centre[1] * to_centre[1]).sqrt();
+                if stop.radius - distance < depth {
+                    (depth, inwards, far) = (stop.radius - distance, to_centre, distance);
+                }
+            }
+            if depth > best.1 {
+                best = (at, depth);
+            }
             if far < 1e-12 {
                 break;
             }
             let stride = step.min(far);
-            at = [at[0] + stride * dx / far, at[1] + stride * dy / far];
-            let here = self.depth(at);
-            if here > best.1 {
-                best = (at, here);
-            }
+            at = [0, 1].map(|axis| at[axis] + stride * inwards[axis] / far);
             step *= 0.95;
         }
         best
