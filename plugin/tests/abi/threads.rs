@@ -199,8 +199,12 @@ fn a_lens_that_is_released_in_use_lives_until_the_call_ends() {
     assert_refused(again, SeidelStatus::Argument, "not a handle");
 }
 
-/// Returns the number of threads of the library in this process; `None` where `/proc` is missing.
+/// Returns the number of threads of the library in this process; `None` on systems other than Linux.
 fn library_threads() -> Option<usize> {
+    // A `/proc` that a Windows program sees under Wine is not about its own process.
+    if !cfg!(target_os = "linux") {
+        return None;
+    }
     let tasks = std::fs::read_dir("/proc/self/task").ok()?;
     let names = tasks.flatten().filter_map(|task| {
         let name = std::fs::read_to_string(task.path().join("comm")).ok()?;

@@ -252,8 +252,8 @@ fn fault_is_found(file: &Path, expected: &Expected) -> Result<(), String> {
 
 /// Checks that a wrong export is found, in a copy of the binary with a letter of OfxGetPlugin changed.
 fn wrong_export_is_found(file: &Path) -> Result<(), String> {
-    if !cfg!(target_os = "linux") {
-        println!("wrong_export: skipped, because the check reads symbols of ELF files only");
+    if !cfg!(any(target_os = "linux", windows)) {
+        println!("wrong_export: skipped, because the check reads symbols of ELF and PE files only");
         return Ok(());
     }
     let mut bytes = std::fs::read(file).map_err(|e| e.to_string())?;
@@ -265,7 +265,8 @@ fn wrong_export_is_found(file: &Path) -> Result<(), String> {
         bytes[place + 10] = b'!';
     }
     let test = std::env::current_exe().map_err(|e| e.to_string())?;
-    let copy = test.with_extension(format!("wrong-export-{}.so", std::process::id()));
+    let suffix = std::env::consts::DLL_SUFFIX;
+    let copy = test.with_extension(format!("wrong-export-{}{suffix}", std::process::id()));
     std::fs::write(&copy, bytes).map_err(|e| e.to_string())?;
     let found = faults(&copy, "exports", None);
     let _ = std::fs::remove_file(&copy);

@@ -9,6 +9,7 @@ pub mod drive;
 pub mod files;
 pub mod host;
 pub mod picture;
+mod process;
 pub mod render_job;
 pub mod result_files;
 pub mod runner;

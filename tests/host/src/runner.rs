@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use crate::causes::root_causes;
 use crate::checks::{ALL, Check, Report, find};
 use crate::host::locked;
+use crate::process::disable_error_dialogs;
 use crate::subject::Subject;
 
 /// The first argument of a process that runs one check.
@@ -175,6 +176,7 @@ pub fn child_main() -> Option<ExitCode> {
     let (Ok(subject), Some(check)) = (Subject::new(file.into(), kind, id), find(check)) else {
         return Some(ExitCode::from(2));
     };
+    disable_error_dialogs();
     let outcome = run_in_process(check, &subject);
     let one_line = |text: &str| text.replace('\n', " ");
     for fault in &outcome.report.faults {

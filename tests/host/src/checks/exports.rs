@@ -1,6 +1,6 @@
 //! The exports of the binary.
 
-use object::{Object, ObjectSymbol};
+use object::Object;
 
 use super::{Check, Report};
 use crate::drive::Library;
@@ -20,12 +20,11 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     let path = crate::drive::binary_path(&subject.file);
     let error = |problem: String| format!("{}: {problem}", path.display());
     let bytes = std::fs::read(&path).map_err(|e| error(format!("the file cannot be read: {e}")))?;
-    if bytes.starts_with(b"\x7fELF") {
-        let file = object::File::parse(&*bytes)
-            .map_err(|e| error(format!("the file is not a valid ELF file: {e}")))?;
-        let exported: Vec<String> = (file.dynamic_symbols())
-            .filter(|symbol| symbol.is_definition() && symbol.is_global())
-            .filter_map(|symbol| symbol.name().ok().map(str::to_owned))
+    if bytes.starts_with(b"\x7fELF") || bytes.starts_with(b"MZ") {
+        let broken = |e| error(format!("the file is not a valid ELF or PE file: {e}"));
+        let file = object::File::parse(&*bytes).map_err(broken)?;
+        let exported: Vec<String> = (file.exports().map_err(broken)?.into_iter())
+            .map(|export| String::from_utf8_lossy(export.name()).into_owned())
             .collect();
         for name in REQUIRED {
             report.expect(exported.iter().any(|e| e == name), || {
@@ -39,7 +38,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             format!("the binary also exports {others:?}")
         });
     } else {
-        report.skip("the symbol table of files other than ELF");
+        report.skip("the symbol table of files other than ELF and PE");
     }
     let library = Library::open(&subject.file)?;
     let count = library.count();

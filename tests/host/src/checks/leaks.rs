@@ -5,6 +5,7 @@ use openfx::sys::generic::core::*;
 use super::{Check, Report, fixture};
 use crate::drive::Instance;
 use crate::host::profile::Profile;
+use crate::process::allocated_bytes;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
@@ -21,31 +22,6 @@ const MEASUREMENTS: usize = 21;
 
 /// The most bytes per instance that count as no leak: less than the smallest allocation.
 const MAX_BYTES: i64 = 16;
-
-/// Returns the bytes allocated in this process, where the C library is glibc 2.33 or newer.
-fn allocated_bytes() -> Option<usize> {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        /// `struct mallinfo2`, see mallinfo(3).
-        #[repr(C)]
-        struct MallInfo2 {
-            fields: [usize; 10],
-        }
-        type GetMallInfo2 = unsafe extern "C" fn() -> MallInfo2;
-        /// Index of `hblkhd`, the bytes in mapped blocks.
-        const MAPPED: usize = 4;
-        /// Index of `uordblks`, the bytes allocated in arenas.
-        const ARENA: usize = 7;
-        let process = libloading::os::unix::Library::this();
-        // SAFETY: the type is that of the manual page.
-        let mallinfo2 = unsafe { process.get::<GetMallInfo2>(b"mallinfo2\0") }.ok()?;
-        // SAFETY: takes no arguments.
-        let info = unsafe { mallinfo2() };
-        Some(info.fields[MAPPED] + info.fields[ARENA])
-    }
-    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-    None
-}
 
 /// Returns the median of the bytes that a run of `work` leaves allocated.
 fn leaked_bytes(work: impl Fn()) -> Option<i64> {
@@ -77,7 +53,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             (Some(of_host), Some(of_both)) => report.expect(of_both - of_host < MAX_BYTES, || {
                 format!("every instance leaks {} bytes", of_both - of_host)
             }),
-            _ => report.skip("the C library has no mallinfo2"),
+            _ => report.skip("the system does not tell how much memory is allocated"),
         }
         descriptor.invalidate(loaded.host);
         Ok(())

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::{Check, Report, fixture};
 use crate::drive::{LoadedPlugin, RenderRequest};
 use crate::host::profile::Profile;
+use crate::process::thread_ids;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
@@ -20,20 +21,9 @@ const ATTEMPTS: usize = 100;
 /// The time between two of these.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// Returns the identifiers of this process's threads, if the system lists them.
-fn threads() -> Option<Vec<String>> {
-    let entries = std::fs::read_dir("/proc/self/task").ok()?;
-    Some(
-        entries
-            .flatten()
-            .map(|entry| entry.file_name().to_string_lossy().into_owned())
-            .collect(),
-    )
-}
-
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    let Some(before) = threads() else {
-        report.skip("threads are not listed in /proc/self/task");
+    let Some(before) = thread_ids() else {
+        report.skip("the system does not list threads");
         return Ok(());
     };
     let complete = Profile::complete();
@@ -49,7 +39,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             loaded.unload()?;
             let mut left = Vec::new();
             for _ in 0..ATTEMPTS {
-                left = threads().unwrap_or_default();
+                left = thread_ids().unwrap_or_default();
                 left.retain(|thread| !before.contains(thread));
                 if left.is_empty() {
                     break;
