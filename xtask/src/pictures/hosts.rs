@@ -1,4 +1,4 @@
-//! Four outputs of the OpenFX node, rendered in the test host.
+//! Outputs of the OpenFX node, rendered in the test host.
 
 use super::panels::{Panel, grid};
 use super::programs::Programs;
@@ -13,7 +13,7 @@ const HALF: Crop = Crop {
 };
 
 /// Label of each panel, and what it sets besides [`COMMON`].
-const PANELS: [(&str, &[&str]); 4] = [
+const PANELS: [(&str, &[&str]); 6] = [
     (
         "Output: Result, with the overlay",
         &["--set", "worldScale=metres", "--overlay"],
@@ -30,8 +30,23 @@ const PANELS: [(&str, &[&str]); 4] = [
         ],
     ),
     (
+        "Output: CoC Map",
+        &["--set", "worldScale=metres", "--set", "output=CoC Map"],
+    ),
+    (
         "Output: PSF Grid",
         &["--set", "worldScale=metres", "--set", "output=PSF Grid"],
+    ),
+    (
+        "Output: Gap, reference focused at 2.3 m",
+        &[
+            "--feed",
+            "Reference=reference.exr",
+            "--set",
+            "worldScale=metres",
+            "--set",
+            "output=Gap",
+        ],
     ),
     (
         "World Scale feet, depth in metres",
@@ -40,8 +55,7 @@ const PANELS: [(&str, &[&str]); 4] = [
 ];
 
 /// Inputs and settings of all panels.
-const COMMON: [&str; 13] = [
-    "--half",
+const COMMON: [&str; 10] = [
     "--feed",
     "Source=demo/plate.exr",
     "--feed",
@@ -52,16 +66,26 @@ const COMMON: [&str; 13] = [
     "math=depth",
     "--set",
     "focus=Focus Distance",
+];
+
+/// The photograph that the gap is measured to: the same lens, focused elsewhere.
+const REFERENCE: [&str; 6] = [
+    "--render",
+    "reference.exr",
     "--set",
-    "focusDistance=2",
+    "worldScale=metres",
+    "--set",
+    "focusDistance=2.3",
 ];
 
 pub(super) fn draw(programs: &Programs) -> Result<(), String> {
     programs.demo()?;
+    programs.host(&[&REFERENCE[..], &COMMON].concat())?;
+    let focused = ["--half", "--set", "focusDistance=2"];
     let mut panels = Vec::new();
     for (index, (label, set)) in PANELS.iter().enumerate() {
         let file = format!("host-{index}.png");
-        let arguments = [&["--render", &file], &COMMON[..], set].concat();
+        let arguments = [&["--render", &file], &focused[..], &COMMON, set].concat();
         programs.host(&arguments)?;
         panels.push(Panel {
             label: (*label).to_owned(),
