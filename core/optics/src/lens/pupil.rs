@@ -3,12 +3,12 @@
 mod mirrored;
 mod obstruction;
 mod picture;
+mod quadrature;
 
 pub use obstruction::Shadow;
 pub use picture::AperturePicture;
 
 use super::wavefront::{DEGREE, TERMS, Wavefront, powers};
-use crate::moments::CentralMoments;
 use crate::sensor::Sensor;
 
 /// Largest number of circles that bound a pupil: its rim, two of fitted vignetting, two of added vignetting, and
@@ -367,7 +367,7 @@ impl LocalPupil {
         let degree = wavefronts.iter().map(|w| w.degree()).fold(1, usize::max);
         let mut means = [0.0; TERMS];
         let mut total = 0.0;
-        for (light, u) in self.rays() {
+        for (light, u) in self.fan().rays(&self.transmission) {
             total += light;
             // The light times u_x^i u_y^j, degree by degree.
             let mut monomials = [light; DEGREE];
@@ -407,74 +407,6 @@ impl LocalPupil {
     fn is_round_and_even(&self) -> bool {
         self.stops() == [Stop::RIM] && self.transmission.is_uniform() && self.obstruction.is_none()
     }
-
-    /// Returns rays for quadrature over the pupil: the light of each, and its pupil point.
-    fn rays(&self) -> Vec<(f64, [f64; 2])> {
-        if self.obstruction.is_some() {
-            self.rays_beside_obstruction()
-        } else {
-            self.rays_within_stops()
-        }
-    }
-
-    /// Returns rays as [`LocalPupil::rays`], without the obstruction.
-    fn rays_within_stops(&self) -> Vec<(f64, [f64; 2])> {
-        let angles = if self.stop_count > FEW_STOPS || self.transmission.picture.is_some() {
-            MORE_ANGLES
-        } else {
-            ANGLES
-        };
-        let mut rays = Vec::with_capacity(RADII.len() * angles);
-        let (centre, depth) = self.inscribed_circle();
-        for k in 0..angles {
-            let angle = std::f64::consts::TAU * (k as f64 + 0.5) / angles as f64;
-            let (sin, cos) = angle.sin_cos();
-            let reach = if depth > 0.0 {
-                self.edge(centre, cos, sin).0
-            } else {
-                PINHOLE_RADIUS
-            };
-            for (radius, weight) in RADII {
-                let r = reach * radius;
-                let u = [centre[0] + r * cos, centre[1] + r * sin];
-                rays.push((weight * reach * reach * self.transmission.at(u), u));
-            }
-        }
-        rays
-    }
-
-    /// Returns the second and third central moments of the light (image axes, px² and px³) and its centroid relative to
-    /// the chief ray (px).
-    ///
-    /// By quadrature over the pupil; exact for a circular pupil of even transmission. Diffraction and halo are left
-    /// out: their moments may not exist.
-    pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
-        let rays = self.rays().into_iter();
-        let landed: Vec<(f64, [f64; 2])> = rays.map(|(w, u)| (w, self.landing(u))).collect();
-        let total: f64 = landed.iter().map(|(w, _)| w).sum();
-        let mean = [0, 1].map(|k| landed.iter().map(|(w, p)| w * p[k]).sum::<f64>() / total);
-        let mut sums = [0.0; 7];
-        for (w, p) in &landed {
-            let (x, y) = (p[0] - mean[0], p[1] - mean[1]);
-            let terms = [
-                x * x,
-                x * y,
-                y * y,
-                x * x * x,
-                x * x * y,
-                x * y * y,
-                y * y * y,
-            ];
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += w * term / total;
-            }
-        }
-        let mut moments = CentralMoments::from_array(sums);
-        let [along_x, along_y] = self.blur_variances_px2();
-        moments.mu20 += along_x;
-        moments.mu02 += along_y;
-        (self.sensor.blurred_moments(moments), mean)
-    }
 }
 
 /// Smallest [`LocalPupil::wave_px`] at which diffraction is drawn: that of an f/1.2 lens on common pixels.
@@ -484,48 +416,6 @@ const LEAST_WAVE_PX: f64 = 0.2;
 
 /// Radius of the pinhole, in pupil radii, that is drawn if the stops pass no light: a PSF always has light.
 pub const PINHOLE_RADIUS: f64 = 0.02;
-
-/// Directions of the quadrature: more than the exact integration of products of three slopes (degree 15) needs, for
-/// clipped pupils.
-const ANGLES: usize = 48;
-/// Directions for more than [`FEW_STOPS`] stops, whose common part has many corners.
-const MORE_ANGLES: usize = 120;
-/// Number of stops up to which [`ANGLES`] directions suffice.
-const FEW_STOPS: usize = 3;
-
-/// Ten-point Gauss-Legendre rule in the squared radius: radius over the distance to the edge, and weight.
-const RADII: [(f64, f64); 10] = radii();
-
-const fn radii() -> [(f64, f64); 10] {
-    // Nodes and weights on [-1, 1].
-    const HALF: [(f64, f64); 5] = [
-        (0.148_874_338_981_631_2, 0.295_524_224_714_752_87),
-        (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
-        (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
-        (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
-        (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
-    ];
-    let mut all = [(0.0, 0.0); 10];
-    let mut k = 0;
-    while k < 5 {
-        let (node, weight) = HALF[k];
-        all[2 * k] = (root((1.0 + node) / 2.0), weight / 2.0);
-        all[2 * k + 1] = (root((1.0 - node) / 2.0), weight / 2.0);
-        k += 1;
-    }
-    all
-}
-
-/// Returns the square root of `x` by Newton's method, which can run in a constant.
-const fn root(x: f64) -> f64 {
-    let mut r = 1.0;
-    let mut k = 0;
-    while k < 60 {
-        r = (r + x / r) / 2.0;
-        k += 1;
-    }
-    r
-}
 
 #[cfg(test)]
 mod tests {

@@ -3,6 +3,8 @@
 //! The third order comes from the five [`ReducedNumbers`]; effects add further terms. With u in the unit pupil disc, W
 //! is scaled so that `P(u) = grad W(u)` is the ray's offset on the sensor in px.
 
+mod radial;
+
 use super::ReducedNumbers;
 use crate::field::{FieldPoint, Meridian};
 

@@ -1,6 +1,7 @@
 //! An opaque disc in the pupil, and the part of its shadow that lies within the stops.
 
-use super::{LocalPupil, MORE_ANGLES, RADII, Stop};
+use super::quadrature::{Fan, Spoke, many_directions};
+use super::{LocalPupil, Stop};
 
 /// Smallest distance of the centre of a shadow from the edge of the pupil, in pupil radii, at which the pupil is a ring about it.
 const LEAST_DEPTH: f64 = 0.02;
@@ -34,11 +35,11 @@ impl LocalPupil {
     pub fn shadow(&self) -> Option<Shadow> {
         let disc = self.obstruction?;
         if self.depth(disc.centre) <= LEAST_DEPTH {
-            let rays = self.rays_within_stops();
+            let rays = self.fan_within_stops().rays(&self.transmission);
             let passes = rays.iter().any(|(_, u)| disc.depth(*u) <= 0.0);
             return passes.then_some(Shadow::Part(disc));
         }
-        let reaches = directions().map(|[cos, sin]| self.edge(disc.centre, cos, sin).0);
+        let reaches = many_directions().map(|[cos, sin]| self.edge(disc.centre, cos, sin).0);
         let farthest = reaches.fold(0.0, f64::max);
         Some(Shadow::Ring(Stop {
             radius: disc.radius.min(LARGEST * farthest),
@@ -46,38 +47,32 @@ impl LocalPupil {
         }))
     }
 
-    /// Returns rays for quadrature over a pupil with an obstruction: the light of each, and its pupil point.
-    pub(super) fn rays_beside_obstruction(&self) -> Vec<(f64, [f64; 2])> {
+    /// Returns rays over a pupil with an obstruction.
+    pub(super) fn fan_beside_obstruction(&self) -> Fan {
         let disc = match self.shadow() {
             Some(Shadow::Ring(disc)) => disc,
             Some(Shadow::Part(disc)) => {
-                let mut rays = self.rays_within_stops();
-                rays.retain(|(_, u)| disc.depth(*u) <= 0.0);
-                return rays;
+                return Fan {
+                    dark: Some(disc),
+                    ..self.fan_within_stops()
+                };
             }
-            None => return self.rays_within_stops(),
+            None => return self.fan_within_stops(),
         };
-        let mut rays = Vec::with_capacity(RADII.len() * MORE_ANGLES);
-        for [cos, sin] in directions() {
-            let reach = self.edge(disc.centre, cos, sin).0;
-            let inner = disc.radius.min(reach);
-            let ring = reach * reach - inner * inner;
-            for (radius, weight) in RADII {
-                let r = (inner * inner + ring * radius * radius).sqrt();
-                let u = [disc.centre[0] + r * cos, disc.centre[1] + r * sin];
-                rays.push((weight * ring * self.transmission.at(u), u));
+        let spoke = |direction: [f64; 2]| {
+            let outer = self.edge(disc.centre, direction[0], direction[1]).0;
+            Spoke {
+                direction,
+                inner: disc.radius.min(outer),
+                outer,
             }
+        };
+        Fan {
+            centre: disc.centre,
+            spokes: many_directions().map(spoke).collect(),
+            dark: None,
         }
-        rays
     }
-}
-
-/// Returns the cosine and sine of the directions of the quadrature.
-fn directions() -> impl Iterator<Item = [f64; 2]> {
-    (0..MORE_ANGLES).map(|k| {
-        let angle = std::f64::consts::TAU * (k as f64 + 0.5) / MORE_ANGLES as f64;
-        [angle.cos(), angle.sin()]
-    })
 }
 
 #[cfg(test)]
