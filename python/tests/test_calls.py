@@ -110,7 +110,10 @@ def test_a_callback_may_call_the_package(lens, image):
 
 
 SLOW_CALL = """
+    import signal
     import numpy as np, seidel
+    # Jobs in the background of a shell begin with SIGINT ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     lens = seidel.Lens.load({lens!r})
     image = np.random.default_rng(1).random((540, 960, 3), np.float32)
     print("ready", flush=True)
