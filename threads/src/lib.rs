@@ -18,7 +18,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Time that a cancelled call waits for its work to end before it leaves the work to itself. With one interval it stays below
-/// the 50 ms after which an artist feels a delay, and the 100 ms that the header of the C ABI promises.
+/// the 50 ms that docs/guide/hosts.md aims at, and the 100 ms that the header of the C ABI promises.
 const GRACE_PERIOD: Duration = Duration::from_millis(15);
 
 /// Largest number of threads of a pool.

@@ -68,7 +68,7 @@ impl LensPlacement {
     /// A film back for a lens of unknown pixel pitch.
     pub(super) fn optical_axis(&self) -> Result<(f64, f64)> {
         let placement = PlatePlacement::new(self.lens.frame(), &self.geometry)?;
-        let axis = placement.axis(self.lens.frame().frame, self.settings.axis_offset_px);
+        let axis = placement.axis(self.lens.profile().frame, self.settings.axis_offset_px);
         Ok((axis.x_px, axis.y_px))
     }
 

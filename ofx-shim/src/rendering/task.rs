@@ -190,7 +190,8 @@ fn warnings(plate: &PreparedPlate) -> seidel_core::Result<Vec<String>> {
         warnings = depth_warning::warnings(&findings, pass.meaning.convention, width);
     }
     warnings.extend(plate.focus_warning()?);
-    warnings.extend(plate.frame_warning());
+    let of_frame = plate.frame_warning();
+    warnings.extend(of_frame.map(|warning| format!("Film Back, Lens Scale: {warning}.")));
     Ok(warnings)
 }
 

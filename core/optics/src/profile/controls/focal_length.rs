@@ -6,9 +6,9 @@
 
 use super::known;
 use crate::error::{Error, Result};
-use crate::profile::{LensProfile, ProfileEffect, PupilChannel};
+use crate::profile::{LensProfile, PupilChannel};
 
-/// Largest new focal length over the measured one, and least one's reciprocal: from a fisheye to a long telephoto lens.
+/// Largest ratio of the new focal length to the measured one, or of the measured one to the new: a fisheye and a long telephoto lens.
 const MAX_SIZE_RATIO: f64 = 64.0;
 
 impl LensProfile {
@@ -29,7 +29,9 @@ impl LensProfile {
         Err(Error::new(
             "focal length",
             format!("is {new_mm} mm for a lens of {measured} mm"),
-            format!("give millimetres, at most {MAX_SIZE_RATIO} times as many or as few"),
+            format!(
+                "give millimetres: at most {MAX_SIZE_RATIO} times the measured focal length, and no less than 1/{MAX_SIZE_RATIO} of it"
+            ),
         ))
     }
 }
@@ -37,23 +39,8 @@ impl LensProfile {
 impl PupilChannel {
     /// Scales all lengths of the lens and of its frame by `ratio`.
     pub(super) fn set_size(&mut self, ratio: f64) {
-        let series = [
-            &mut self.alpha,
-            &mut self.beta,
-            &mut self.gamma,
-            &mut self.delta,
-            &mut self.phi,
-            &mut self.blur_variance_px2,
-            &mut self.magnification,
-            &mut self.distortion,
-        ];
-        for series in series {
+        for series in self.series_mut() {
             *series = series.stretched(ratio);
-        }
-        for ProfileEffect { values, .. } in self.effects.iter_mut().chain(&mut self.added) {
-            for series in values {
-                *series = series.stretched(ratio);
-            }
         }
         self.stop_lever_m *= ratio;
         self.wavelength_px /= ratio;
