@@ -27,8 +27,8 @@
 //! once makes the image ring.
 
 use super::canvas::Canvas;
-use super::gradient::{Gradient, sampled_norms, white_noise_power};
-use super::lens_operator::{Accuracy, KEPT_NORMALISATION_ERROR, LensOperator};
+use super::gradient::{Gradient, LinkedPlane, sampled_norms, white_noise_power};
+use super::lens_operator::LensOperator;
 use super::plug_and_play::refine;
 use super::quadratic::Quadratic;
 use super::ramp;
@@ -40,16 +40,6 @@ use seidel_fourier::Complex;
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 
-/// l times the mean gradient of the estimate. It would be 1 if gradients had a Laplacian distribution; the value was
-/// chosen on photographs, which are smoother than their gradients suggest.
-const WEIGHT: f64 = 0.15;
-/// The same where the prior of patches follows: it removes the noise that is left, but cannot restore what total variation
-/// has flattened.
-const WEIGHT_BEFORE_PATCHES: f64 = 0.05;
-/// The same where depth varies: the residual falls slowly there, so that l would grow too late to keep the image from ringing.
-const WEIGHT_IN_DEPTH: f64 = 0.3;
-/// Largest mean gradient, in root mean square gradients of the plate without its noise: larger ones are amplified noise.
-const MAX_MEAN_GRADIENT: f64 = 2.0;
 /// Ratio of residual to noise below which the estimate overfits and l grows.
 const OVERFIT_RATIO: f64 = 0.94;
 /// Largest growth of l in one iteration.
@@ -60,14 +50,31 @@ const MAX_WEIGHT: f64 = 8.0;
 const THRESHOLD: f64 = 1.5;
 /// Shares of a pixel's light from unknown samples, at which the start begins to turn into the plate and is the plate alone.
 const UNKNOWN_LIGHT: [f32; 2] = [0.005, 0.02];
+/// Least noise for which the start is filtered, in mean gradients of the plate: less would amplify what the windows of the
+/// tiles cut off.
+const START_NOISE: f64 = 0.5;
 /// Times that the strength of the Wiener filter's prior is estimated.
 const STRENGTH_PASSES: usize = 2;
 /// Least mean square gradient that the Wiener filter assumes, in variances of the noise. Below, it would damp the spectrum
 /// of the tiles' own windows.
 const MIN_STRENGTH: f64 = 20.0;
-/// Least residual that is treated as noise, as a share of the largest so far. Where the kernel varies much within a tile,
-/// the preconditioner is poor, and the image would ring long before it fits the plate.
-const MIN_RESIDUAL_SHARE: f64 = 0.25;
+/// Ratio of the residual to the noise up to which the estimate explains the plate.
+const EXPLAINED_MISFIT: f64 = 1.03;
+/// Ratio of a residual to that of the iteration before from which the estimate no longer approaches the plate.
+const STALLED_SHARE: f64 = 0.9;
+/// Change of l in an iteration that does not approach a plate that is not explained yet, and the least l times the mean gradient.
+const UNDERFIT_SHRINKAGE: f64 = 0.7;
+const MIN_WEIGHT: f64 = 0.1;
+/// Largest number of iterations, in least numbers: a plate without noise takes the longest to explain.
+const MAX_ITERATIONS_RATIO: usize = 4;
+/// Iteration from which samples that nothing explains lose weight, where depth varies.
+const OUTLIERS_FROM: usize = 8;
+/// Residual at which the weight of a sample is halved, in standard deviations.
+const OUTLIER: f32 = 3.0;
+/// Standard deviation of a normal deviate over the median of its absolute value.
+const MEDIAN_TO_DEVIATION: f32 = 1.4826;
+/// Iterations after which the blurred estimate is computed anew.
+const REFRESH: usize = 5;
 /// Share of the progress that the iterations take where a refinement follows them.
 const ITERATIONS_SHARE: f64 = 0.6;
 
@@ -79,7 +86,7 @@ pub(super) struct Problem<'a> {
     /// A.
     pub(super) operator: &'a LensOperator,
     /// The diagonal of W.
-    pub(super) weights: &'a [f32],
+    pub(super) weights: Vec<f32>,
     /// Standard deviation of the plate's noise.
     pub(super) noise: f64,
     /// The least that it can be: a smaller residual shows that the estimate overfits.
@@ -116,63 +123,87 @@ pub(super) struct Solution {
 ///
 /// # Errors
 /// Cancellation by `progress`.
-pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> {
-    let width = problem.width();
+pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Solution> {
+    let operator = problem.operator;
     let data_weight = problem.deviation.powi(-2);
-    let mut estimate = problem.blur(wiener_estimate(problem, data_weight)?, Accuracy::Final)?;
-    let mut multiplier = Gradient::zeros(problem.plate.len(), width);
-    let mut previous: Option<BlurPair> = None;
-    let mut mean_gradient = MAX_MEAN_GRADIENT * problem.plate_gradient();
-    let (mut weight, iterations_share) = match problem.refinement {
-        Refinement::Run if problem.operator.is_flat() => (WEIGHT_BEFORE_PATCHES, ITERATIONS_SHARE),
-        Refinement::Run => (WEIGHT_IN_DEPTH, ITERATIONS_SHARE),
-        Refinement::Skip => (WEIGHT, 1.0),
+    let schedule = Schedule::of(problem);
+    let start = if operator.is_flat() {
+        wiener_estimate(problem)?
+    } else {
+        operator.image(problem.plate.to_vec())
     };
-    let mut largest_misfit = 0.0_f64;
+    let mut estimate = problem.blur(start)?;
+    let stacked = operator.stack(&estimate.image);
+    let mut multiplier = Gradient::zeros(stacked.len(), problem.width());
+    let mut previous: Option<BlurPair> = None;
+    let plate_gradient = problem.plate_gradient();
+    let mut weight = schedule.weight;
+    let mut scheduled = schedule.start * plate_gradient / problem.deviation;
+    let mut previous_misfit = f64::INFINITY;
+    let mut settled = 0;
     let mut quadratic = Quadratic {
         data_weight,
         penalty: 0.0,
     };
-    for iteration in 0..problem.iterations {
-        if !progress(iterations_share * iteration as f64 / problem.iterations as f64) {
+    let certain = problem.weights.clone();
+    for iteration in 0..schedule.limit {
+        if !progress(schedule.share * iteration as f64 / schedule.limit as f64) {
             return Err(cancelled());
         }
-        // It never grows: ringing has gradients of its own.
-        let gradients = WinsorisedStatistics::new(sampled_norms(&estimate.image, width));
-        mean_gradient = gradients.mean.min(mean_gradient);
-        if mean_gradient == 0.0 {
-            break;
+        if iteration >= OUTLIERS_FROM && !operator.is_flat() {
+            problem.weights = problem.without_outliers(&estimate, &certain);
         }
         let misfit = problem.misfit(&estimate);
         if iteration > 0 {
             let ratio = misfit * problem.deviation / (OVERFIT_RATIO * problem.least_noise);
-            let growth = ratio.powi(-4).clamp(1.0, MAX_WEIGHT_GROWTH);
-            weight = (weight * growth).min(MAX_WEIGHT);
+            let stalls = misfit > STALLED_SHARE * previous_misfit && scheduled <= misfit;
+            if scheduled <= 1.0 {
+                weight = (weight * ratio.powi(-4).clamp(1.0, MAX_WEIGHT_GROWTH)).min(MAX_WEIGHT);
+                settled += 1;
+            }
+            if stalls && misfit > EXPLAINED_MISFIT && operator.is_flat() {
+                weight = (weight * UNDERFIT_SHRINKAGE).max(MIN_WEIGHT);
+            }
+            if std::env::var("DBG").is_ok() { eprintln!("it {iteration} sched {scheduled:.2} misfit {misfit:.3} weight {weight:.4} dev {:.2e} least {:.2e}", problem.deviation, problem.least_noise); }
+            let is_fitted = ratio >= 1.0 || weight >= MAX_WEIGHT;
+            let is_explained = is_fitted && misfit <= EXPLAINED_MISFIT;
+            if iteration >= problem.iterations
+                && settled >= schedule.settled
+                && (is_explained || stalls && (weight <= MIN_WEIGHT || !operator.is_flat()))
+            {
+                break;
+            }
         }
+        previous_misfit = misfit;
+        let stacked = operator.stack(&estimate.image);
+        let front = &stacked[..problem.plate.len()];
+        let gradients = WinsorisedStatistics::new(sampled_norms(operator.linked(front)));
+        let bounds = schedule.gradients.map(|bound| bound * plate_gradient);
+        let mean_gradient = gradients.mean.clamp(bounds[0], bounds[1]);
         quadratic.penalty = weight / (THRESHOLD * mean_gradient * mean_gradient);
         let threshold = (THRESHOLD * mean_gradient) as f32;
-        let pull = multiplier.update_multiplier(&estimate.image, threshold);
-        largest_misfit = largest_misfit.max(misfit);
-        let least = (MIN_RESIDUAL_SHARE * largest_misfit).max(1.0);
-        quadratic.data_weight = data_weight / misfit.max(least).powi(2);
+        let pull = multiplier.update_multiplier(operator.linked(&stacked), threshold);
+        let residual = scheduled.max(schedule.residual_share * misfit).max(1.0);
+        scheduled *= schedule.decay;
+        quadratic.data_weight = data_weight / residual.powi(2);
         let descent = quadratic.descent(problem, &estimate, &pull)?;
         let direction = quadratic.precondition(problem, &descent)?;
-        let direction = problem.blur(direction, Accuracy::Draft)?;
+        let direction = problem.blur(direction)?;
         let step = quadratic.line_search(problem, &descent, direction, previous.take());
         estimate.add_scaled(&step, 1.0);
         previous = Some(step);
-        if iteration + 1 == problem.iterations / 2 {
-            // Errors of the draft operator have added up; the second half would fit them.
-            estimate = problem.blur(estimate.image, Accuracy::Final)?;
+        if (iteration + 1) % REFRESH == 0 {
+            // Rounding has added up.
+            estimate = problem.blur(estimate.image)?;
         }
     }
-    estimate = problem.blur(estimate.image, Accuracy::Final)?;
-    if problem.refinement == Refinement::Run {
+    estimate = problem.blur(estimate.image)?;
+    if problem.refinement == Refinement::Run && operator.is_flat() {
         let residual = problem.weighted_residual(&estimate, 1.0);
         let correction =
-            (problem.operator).texture_correction(&estimate.image, &residual, problem.deviation)?;
+            operator.texture_correction(&estimate.image, &residual, problem.deviation)?;
         add_scaled(&mut estimate.image, &correction, 1.0);
-        estimate = problem.blur(estimate.image, Accuracy::Final)?;
+        estimate = problem.blur(estimate.image)?;
         estimate = refine(problem, estimate, &|share| {
             progress(ITERATIONS_SHARE + (1.0 - ITERATIONS_SHARE) * share)
         })?;
@@ -183,29 +214,91 @@ pub(super) fn solve(problem: &Problem, progress: &Progress) -> Result<Solution> 
     })
 }
 
+/// How the residual that counts as noise falls from one iteration to the next, and what follows from it.
+///
+/// While more than the noise counts as noise, the prior shapes the image: large structures come first, and ringing has no chance
+/// to be fitted. Chosen on `character` and on the scenes of docs/background/remove.md.
+struct Schedule {
+    /// l times the mean gradient at the start.
+    weight: f64,
+    /// The residual that counts as noise at the start, in mean gradients of the plate.
+    start: f64,
+    /// Its decay in an iteration.
+    decay: f64,
+    /// Share of the present residual that counts as noise at least.
+    residual_share: f64,
+    /// Bounds of the mean gradient of the image, in that of the plate.
+    gradients: [f64; 2],
+    /// Least number of iterations at the noise itself.
+    settled: usize,
+    /// Largest number of iterations.
+    limit: usize,
+    /// Share of the progress.
+    share: f64,
+}
+
+impl Schedule {
+    fn of(problem: &Problem) -> Self {
+        let e = |n: &str, d: f64| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+        let flat = Self {
+            weight: e("WT", 0.3),
+            start: e("S1", 1.5),
+            decay: e("DECAY", 0.8),
+            residual_share: e("BETA", 0.8),
+            gradients: [0.5, e("GROW", 3.0)],
+            settled: e("SETTLE", 6.0) as usize,
+            limit: MAX_ITERATIONS_RATIO * problem.iterations,
+            share: ITERATIONS_SHARE,
+        };
+        match problem.refinement {
+            Refinement::Run if problem.operator.is_flat() => flat,
+            Refinement::Run => Self {
+                weight: e("DWT", 0.3),
+                start: e("DS1", 3.0),
+                decay: e("DDECAY", 0.75),
+                residual_share: e("DBETA", 1.0),
+                gradients: [0.5, e("DGROW", 3.0)],
+                settled: e("DSETTLE", 6.0) as usize,
+                share: 1.0,
+                ..flat
+            },
+            Refinement::Skip => Self {
+                weight: 0.15,
+                start: 0.0,
+                residual_share: 1.0,
+                settled: 0,
+                limit: problem.iterations,
+                share: 1.0,
+                ..flat
+            },
+        }
+    }
+}
+
 /// Returns the plate after a Wiener filter on local spectra, whose prior power spectrum is proportional to 1 / |D|². Its
 /// strength, the mean square gradient of the image, is estimated from the filtered image.
-fn wiener_estimate(problem: &Problem, data_weight: f64) -> Result<Vec<f32>> {
+fn wiener_estimate(problem: &Problem) -> Result<Vec<f32>> {
     let width = problem.width();
+    let noise = problem.deviation.max(START_NOISE * problem.plate_gradient());
     let mean_square_gradient = |image: &[f32]| {
-        let gradients = WinsorisedStatistics::new(sampled_norms(image, width));
-        gradients.root_mean_square.powi(2)
+        let image = LinkedPlane::plain(image, width);
+        WinsorisedStatistics::new(sampled_norms(image)).root_mean_square.powi(2)
     };
     // A guess to begin with: blur has lowered the gradients of the plate, and noise has raised them.
     let mut strength = 2.0 * mean_square_gradient(problem.plate);
-    let least = MIN_STRENGTH / data_weight;
+    let least = MIN_STRENGTH * noise * noise;
     let mut estimate = problem.plate.to_vec();
-    let weights = problem.canvas.crop(problem.weights);
-    let known = problem.canvas.embed(true, |k| weights[k] > 0.0);
     for _ in 0..STRENGTH_PASSES {
-        let damping = (2.0 / (data_weight * strength.max(least))) as f32;
+        let damping = (2.0 * noise * noise / strength.max(least)) as f32;
         let wiener = |h: Complex<f32>, gradient_power: f32| {
             h.conj() / (h.norm_sqr() + damping * gradient_power)
         };
-        estimate = (problem.operator).filter_by_layer(problem.plate, &known, wiener)?;
+        estimate = (problem.operator).filter(problem.plate, wiener)?;
         strength = mean_square_gradient(&estimate);
     }
     if problem.refinement == Refinement::Run {
+        let weights = problem.canvas.crop(&problem.weights);
+        let known = problem.canvas.embed(true, |k| weights[k] > 0.0);
         problem.return_to_plate(&mut estimate, &known)?;
     }
     Ok(estimate)
@@ -218,20 +311,14 @@ impl Problem<'_> {
     }
 
     /// Replaces `start` by the plate at pixels that get light from others than the `known` ones. What these are filled with is no
-    /// blurred image, so that the filter makes it ring, and the iterations are too few to remove that. Samples at depth edges are
-    /// left out: from the plate, edges of surfaces that are blurred little come back worse.
+    /// blurred image, so that the filter makes it ring, and the iterations are too few to remove that.
     fn return_to_plate(&self, start: &mut [f32], known: &[bool]) -> Result<()> {
-        let errors = self.operator.normalisation_error();
-        let is_at_edge = |k: usize| {
-            (errors.as_ref()).is_some_and(|errors| errors[k] > KEPT_NORMALISATION_ERROR[0])
-        };
-        let unknown: Vec<f32> = (known.iter().enumerate())
-            .map(|(k, known)| if *known || is_at_edge(k) { 0.0 } else { 1.0 })
-            .collect();
+        let unknown = known.iter().map(|known| f32::from(u8::from(!known)));
+        let unknown: Vec<f32> = unknown.collect();
         if unknown.iter().all(|unknown| *unknown == 0.0) {
             return Ok(());
         }
-        let light = self.operator.apply(&unknown, Accuracy::Draft)?;
+        let light = self.operator.apply(&unknown)?;
         let samples = start.par_iter_mut().zip(self.plate).zip(&light);
         samples.for_each(|((sample, plate), light)| {
             *sample += ramp(*light, UNKNOWN_LIGHT) * (plate - *sample);
@@ -239,11 +326,27 @@ impl Problem<'_> {
         Ok(())
     }
 
+    /// Returns the weights `certain`, lowered where the residual of `estimate` is larger than noise: where the depth pass is wrong by
+    /// parts of a pixel, or a third surface lies behind the second (Cauchy weights, with the median as the scale).
+    fn without_outliers(&self, estimate: &BlurPair, certain: &[f32]) -> Vec<f32> {
+        let residual = |k: usize| (self.plate[k] - estimate.blurred[k]).abs();
+        let known = (0..certain.len()).filter(|k| certain[*k] > 0.0);
+        let mut residuals: Vec<f32> = known.map(residual).collect();
+        if residuals.is_empty() {
+            return certain.to_vec();
+        }
+        let middle = residuals.len() / 2;
+        let (_, median, _) = residuals.select_nth_unstable_by(middle, f32::total_cmp);
+        let scale = (MEDIAN_TO_DEVIATION * *median).max(self.deviation as f32) * OUTLIER;
+        let weight = |k: usize| certain[k] / (1.0 + (residual(k) / scale).powi(2));
+        (0..certain.len()).into_par_iter().map(weight).collect()
+    }
+
     /// Returns the residual b - A x on the plate, 0 where samples have no weight.
     pub(super) fn residual(&self, estimate: &BlurPair) -> Vec<f32> {
         let samples = self.plate.par_iter().zip(&estimate.blurred);
         let residual: Vec<f32> = samples
-            .zip(self.weights)
+            .zip(&self.weights)
             .map(|((b, blurred), weight)| if *weight > 0.0 { b - blurred } else { 0.0 })
             .collect();
         self.canvas.crop(&residual)
@@ -253,7 +356,7 @@ impl Problem<'_> {
     pub(super) fn misfit(&self, estimate: &BlurPair) -> f64 {
         let samples = self.plate.par_iter().zip(&estimate.blurred);
         let residual: Vec<f32> = samples
-            .zip(self.weights)
+            .zip(&self.weights)
             .map(|((b, blurred), weight)| (b - blurred) * weight.sqrt())
             .collect();
         let count: f64 = self.weights.iter().map(|weight| f64::from(*weight)).sum();
@@ -264,22 +367,22 @@ impl Problem<'_> {
     pub(super) fn weighted_residual(&self, estimate: &BlurPair, gain: f32) -> Vec<f32> {
         let samples = self.plate.par_iter().zip(&estimate.blurred);
         samples
-            .zip(self.weights)
+            .zip(&self.weights)
             .map(|((b, blurred), weight)| weight * (b - blurred) * gain)
             .collect()
     }
 
     /// Returns `image` with its blurred version.
-    pub(super) fn blur(&self, image: Vec<f32>, accuracy: Accuracy) -> Result<BlurPair> {
+    pub(super) fn blur(&self, image: Vec<f32>) -> Result<BlurPair> {
         Ok(BlurPair {
-            blurred: self.operator.apply(&image, accuracy)?,
+            blurred: self.operator.apply(&image)?,
             image,
         })
     }
 
     /// Returns the root mean square gradient of the plate without its noise.
     fn plate_gradient(&self) -> f64 {
-        let gradients = WinsorisedStatistics::new(sampled_norms(self.plate, self.width()));
+        let gradients = WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(self.plate, self.width())));
         let rms = gradients.root_mean_square;
         let noise_power = self.noise * self.noise * white_noise_power();
         // The noise is an estimate: the difference could be zero or negative.

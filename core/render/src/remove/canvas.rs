@@ -6,7 +6,7 @@ use crate::{RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 
 /// Margin as a share of the reach of kernels: light from farther away contributes next to nothing.
-const REACH_SHARE: f64 = 0.6;
+const REACH_SHARE: f64 = 1.0;
 
 /// A plate within a larger image, px.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

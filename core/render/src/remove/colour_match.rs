@@ -13,8 +13,9 @@
 //! reference is.
 
 use super::deconvolver::{Lights, Variant, is_uniform};
-use super::gradient::sampled_norms;
+use super::gradient::{LinkedPlane, sampled_norms};
 use super::hole_filling::fill_holes;
+use super::ramp;
 use super::lens_operator::LensOperator;
 use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
@@ -28,6 +29,8 @@ use seidel_optics::error::{Error, Result};
 const PREPARED_SHARE: f64 = 0.3;
 /// Largest gain of a frequency: a colour that is blurred much more than the reference stays a little softer.
 const MAX_GAIN: f32 = 3.0;
+/// Shares of light from behind depth edges at which a pixel begins to keep its blur and keeps all of it.
+const KEPT_EDGE_LIGHT: [f32; 2] = [0.05, 0.15];
 
 /// Returns `plane` with the blur of channel weights `reference` in place of its own, on the plate.
 ///
@@ -54,7 +57,12 @@ pub fn match_blur(
     );
     let canvas = plate.canvas;
     let operator = LensOperator::new(scene, &canvas, plane.weights)?;
-    let kept = plate.kept_shares(plane.samples, lights, &operator)?;
+    let mut kept = plate.kept_shares(plane.samples, lights, &operator)?;
+    if let Some(mixed) = operator.edge_light() {
+        for (kept, mixed) in kept.iter_mut().zip(canvas.crop(mixed)) {
+            *kept = kept.max(ramp(mixed, KEPT_EDGE_LIGHT));
+        }
+    }
     let (noise, lights) = (lights.noise, &lights.sources);
     let rest = lights.taken_off(plane.samples);
     let target = LensOperator::new(scene, &canvas, reference)?;
@@ -63,7 +71,7 @@ pub fn match_blur(
     }
     let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
     let filled = fill_holes(&rest, scene.width, &known);
-    let gradients = WinsorisedStatistics::new(sampled_norms(&filled, scene.width));
+    let gradients = WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&filled, scene.width)));
     let strength = 2.0 * gradients.root_mean_square.powi(2);
     let damping = (2.0 * noise * noise / strength.max(f64::MIN_POSITIVE)) as f32;
     let gain = |h: Complex<f32>, r: Complex<f32>, gradient_power: f32| {

@@ -15,6 +15,9 @@ use seidel_optics::error::{Error, Result};
 
 /// Relative error of lens and operator: it counts as noise.
 pub(super) const MODEL_ERROR: f64 = 2e-3;
+/// Relative error of the operator alone, which counts as noise in the picture around the lights. That of the lens is found as a
+/// residual. Half floats are rounded by as much.
+const PICTURE_ERROR: f64 = 2e-4;
 /// Share of the progress taken by the search for lights.
 pub(super) const LIGHTS_SHARE: f64 = 0.2;
 /// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical
@@ -104,8 +107,10 @@ impl SharpPlane {
 /// The settings in which removal and the check of a lens differ.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Variant {
-    /// Relative error of lens and operator.
+    /// Relative error of lens and operator for lights.
     pub(super) model_error: f64,
+    /// The same for the picture around them.
+    pub(super) picture_error: f64,
     pub(super) refinement: Refinement,
     pub(super) lights: Lights,
 }
@@ -115,6 +120,7 @@ impl Variant {
     pub(super) fn removal(lights: Lights) -> Self {
         Self {
             model_error: MODEL_ERROR,
+            picture_error: PICTURE_ERROR,
             refinement: Refinement::Run,
             lights,
         }
@@ -266,24 +272,32 @@ impl Deconvolver {
             .collect();
         let filled = fill_holes(rest, plate.scene.width, &known);
         let extended = canvas.extend_by_mirroring(&filled);
-        let noise_model = NoiseModel::new(&extended, noise, plate.variant.model_error);
+        let noise_model = NoiseModel::new(&extended, noise, plate.variant.picture_error);
         let errors = canvas.embed(0.0, |k| lights.error[k]);
-        let weights = noise_model.weights(&extended, &errors, &canvas.embed(false, |k| known[k]));
-        let problem = Problem {
+        let mut weights =
+            noise_model.weights(&extended, &errors, &canvas.embed(false, |k| known[k]));
+        for (k, weight) in weights.iter_mut().enumerate() {
+            if operator.is_at_edge(k) {
+                *weight = 0.0;
+            }
+        }
+        let mut problem = Problem {
             plate: &extended,
             canvas,
             operator,
-            weights: &weights,
+            weights,
             noise,
             least_noise: estimate_noise(plane.samples, &canvas, operator).least(noise),
             deviation: noise_model.deviation(),
             iterations: self.iterations,
             refinement: plate.variant.refinement,
         };
-        let solution = solve(&problem, progress)?;
+        let solution = solve(&mut problem, progress)?;
         let residual = problem.residual(&solution.estimate);
         let misfit = problem.misfit(&solution.estimate);
         let mut sharp = solution.estimate.image;
+        // Without what is hidden.
+        sharp.truncate(extended.len());
         lights.add_sources(&mut sharp, &canvas);
         // Light is not negative; noise about black is.
         let darkest = plane.samples.iter().fold(0.0_f32, |least, v| least.min(*v));

@@ -1,33 +1,41 @@
 //! A depth layer of a canvas: the light at nearly one vergence, with the lens at that vergence.
 
 use super::canvas::window_scene;
-use super::lens_operator::Accuracy;
-use super::ramp;
 use super::texture::{Estimate, texture_correction};
-use super::transfer_functions::{StopbandPower, TransferFunctions};
+use super::transfer_functions::{Stopband, StopbandPower, TransferFunctions};
 use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 
-/// Differences of kernel size at which kernels count as unlike, and as alike. They are divided by the larger size plus one px.
-const UNLIKE_KERNELS: [f32; 2] = [0.6, 0.3];
+/// Least transmission for which the preconditioner amplifies light.
+const MIN_TRANSMISSION: f32 = 0.1;
 
 /// A layer, on the window of the canvas that its light reaches.
 ///
 /// Its methods take planes of the canvas and return planes of the window.
 pub(super) struct DepthLayer {
-    draft: Operator,
-    fine: Operator,
+    operator: Operator,
     transfer: TransferFunctions,
     /// Columns of the canvas.
     canvas_width: usize,
     window: RenderWindow,
     /// Share of each pixel of the window that is in this layer; `None` if all of the canvas is in it.
     coverage: Option<Vec<f32>>,
-    /// Largest size of its kernels, px.
-    size: f32,
-    /// Share of the light at each pixel of the window that comes from this layer if all of the canvas is equally bright.
-    light_share: Vec<f32>,
+    /// Share of the surface hidden behind each pixel of the window that is in this layer; `None` if there is none.
+    hidden: Option<Vec<f32>>,
+    /// Share of the layer's light at each pixel of the window that passes what lies in front; `None` if all of it does.
+    transmission: Option<Vec<f32>>,
+    /// Root mean square transmission of the light of the covered and of the hidden pixels.
+    mean_transmission: [f32; 2],
+    /// Kernel size in px, signed and shifted so that it grows towards the camera.
+    nearness: f32,
+}
+
+/// An image on the window of a layer.
+pub(super) struct LayerImage {
+    pub(super) front: Vec<f32>,
+    /// `None` if no surface of the layer is hidden.
+    pub(super) hidden: Option<Vec<f32>>,
 }
 
 impl DepthLayer {
@@ -75,25 +83,20 @@ impl DepthLayer {
         coverage: Option<&[f32]>,
     ) -> Result<Self> {
         let part = window_scene(scene, window);
-        let operator = |quality| Operator::new(&part, &[weights.to_vec()], quality);
-        let (draft, (fine, transfer)) = rayon::join(
-            || operator(Quality::Draft),
-            || {
-                rayon::join(
-                    || operator(Quality::Final),
-                    || TransferFunctions::new(&part, weights),
-                )
-            },
+        let (operator, transfer) = rayon::join(
+            || Operator::new(&part, &[weights.to_vec()], Quality::Final),
+            || TransferFunctions::new(&part, weights),
         );
         Ok(Self {
-            draft: draft?,
-            fine: fine?,
+            operator: operator?,
             transfer: transfer?,
             canvas_width: scene.width,
             window,
             coverage: coverage.map(|coverage| window.cut(scene.width, coverage)),
-            size: 0.0,
-            light_share: Vec::new(),
+            hidden: None,
+            transmission: None,
+            mean_transmission: [1.0; 2],
+            nearness: 0.0,
         })
     }
 
@@ -102,46 +105,76 @@ impl DepthLayer {
         self.coverage.is_none()
     }
 
-    /// Returns the layer with kernels of at most `size` px.
-    pub(super) fn of_size(self, size: f32) -> Self {
-        Self { size, ..self }
+    /// Returns the layer with the share of the `hidden` surfaces that is in it, a plane of the canvas.
+    pub(super) fn with_hidden(self, hidden: &[f32], nearness: f32) -> Self {
+        let hidden = self.cut(hidden);
+        Self {
+            hidden: hidden.iter().any(|share| *share > 0.0).then_some(hidden),
+            nearness,
+            ..self
+        }
     }
 
-    /// Sets the light shares to `uniform`, the light of a uniform canvas that this layer brings to the pixels of the window, times `gains`
-    /// of the pixels of the canvas.
-    pub(super) fn set_light_share(&mut self, uniform: Vec<f32>, gains: &[f32]) {
-        let shares = uniform.iter().zip(self.cut(gains));
-        self.light_share = shares.map(|(light, gain)| light * gain).collect();
+    pub(super) fn nearness(&self) -> f32 {
+        self.nearness
     }
 
-    /// Returns how much the kernels of another layer are like these, from 0 to 1.
-    pub(super) fn likeness(&self, other: &Self) -> f32 {
-        let difference = (self.size - other.size).abs() / (1.0 + self.size.max(other.size));
-        ramp(difference, UNLIKE_KERNELS)
-    }
-
-    /// Adds `gain` times the light shares to a plane of the canvas.
-    pub(super) fn add_light_share_to(&self, canvas: &mut [f32], gain: f32) {
-        let shares: Vec<f32> = self.light_share.iter().map(|share| gain * share).collect();
-        self.add_to(canvas, &shares);
-    }
-
-    /// Blurs the light of `plane` that is in this layer.
-    pub(super) fn apply(&self, plane: &[f32], accuracy: Accuracy) -> Result<Vec<f32>> {
-        let mut light = self.cut(plane);
-        self.weight_by_coverage(&mut light, 1.0);
-        let operator = match accuracy {
-            Accuracy::Draft => &self.draft,
-            Accuracy::Final => &self.fine,
+    /// Sets the transmission of what lies in front, a plane of the canvas. Light is multiplied by `gains` after it.
+    ///
+    /// # Errors
+    /// Planes that are not of the canvas's size.
+    pub(super) fn set_transmission(&mut self, transmission: &[f32], gains: &[f32]) -> Result<()> {
+        let transmission = self.cut(transmission);
+        let light = transmission.iter().zip(self.cut(gains)).map(|(t, gain)| t * gain);
+        let passed = self.operator.adjoint(&[light.collect()])?.swap_remove(0);
+        let mean = |shares: &Option<Vec<f32>>| {
+            let Some(shares) = shares else { return 1.0 };
+            let pixels = || shares.iter().zip(&passed);
+            let square: f32 = pixels().map(|(share, t)| (share * t).powi(2)).sum();
+            let all: f32 = pixels().map(|(share, _)| share * share).sum();
+            (square / all.max(f32::MIN_POSITIVE)).sqrt().clamp(MIN_TRANSMISSION, 1.0)
         };
-        Ok(operator.apply(&[light])?.swap_remove(0))
+        self.mean_transmission = [mean(&self.coverage), mean(&self.hidden)];
+        self.transmission = Some(transmission);
+        Ok(())
     }
 
-    /// Applies the transpose of [`Self::apply`] with draft accuracy.
-    pub(super) fn adjoint(&self, plane: &[f32]) -> Result<Vec<f32>> {
-        let mut out = self.draft.adjoint(&[self.cut(plane)])?.swap_remove(0);
-        self.weight_by_coverage(&mut out, 1.0);
+    /// Blurs the light of `image` that is in this layer, and lets it pass what lies in front.
+    pub(super) fn apply(&self, image: &[f32]) -> Result<Vec<f32>> {
+        let [front, hidden] = self.planes(image);
+        let mut light = self.cut(front);
+        weight(&mut light, &self.coverage, 1.0);
+        if let Some(shares) = &self.hidden {
+            for ((light, behind), share) in light.iter_mut().zip(self.cut(hidden)).zip(shares) {
+                *light += share * behind;
+            }
+        }
+        let mut out = self.operator.apply(&[light])?.swap_remove(0);
+        weight(&mut out, &self.transmission, 1.0);
         Ok(out)
+    }
+
+    /// Applies the transpose of [`Self::apply`].
+    pub(super) fn adjoint(&self, plane: &[f32]) -> Result<LayerImage> {
+        let mut light = self.cut(plane);
+        weight(&mut light, &self.transmission, 1.0);
+        let light = self.operator.adjoint(&[light])?.swap_remove(0);
+        let hidden = self.hidden.is_some().then(|| {
+            let mut hidden = light.clone();
+            weight(&mut hidden, &self.hidden, 1.0);
+            hidden
+        });
+        let mut front = light;
+        weight(&mut front, &self.coverage, 1.0);
+        Ok(LayerImage { front, hidden })
+    }
+
+    /// Returns the planes of an image: what is seen, and what is hidden.
+    fn planes<'a>(&self, image: &'a [f32]) -> [&'a [f32]; 2] {
+        if self.is_only() {
+            return [image, &[]];
+        }
+        image.split_at(image.len() / 2).into()
     }
 
     /// Filters `plane` and weights the result by coverage ([`TransferFunctions::filter`]).
@@ -151,7 +184,7 @@ impl DepthLayer {
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Vec<f32> {
         let mut out = (self.transfer).filter(&self.cut(plane), self.coverage.as_deref(), gain);
-        self.weight_by_coverage(&mut out, 1.0);
+        weight(&mut out, &self.coverage, 1.0);
         out
     }
 
@@ -165,21 +198,30 @@ impl DepthLayer {
     ) -> Vec<f32> {
         let (plane, coverage) = (self.cut(plane), self.coverage.as_deref());
         let mut out = (self.transfer).convert(&to.transfer, &plane, coverage, gain);
-        self.weight_by_coverage(&mut out, 1.0);
+        weight(&mut out, &self.coverage, 1.0);
         out
     }
 
-    /// Filters like [`Self::filter`], with the square root of coverage before and after: symmetric if `gain` is real.
+    /// Filters an image like [`Self::filter`], with the square root of coverage before and after: symmetric if `gain` is real.
     pub(super) fn filter_symmetrically(
         &self,
-        plane: &[f32],
+        image: &[f32],
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
-    ) -> Vec<f32> {
-        let mut light = self.cut(plane);
-        self.weight_by_coverage(&mut light, 0.5);
-        let mut out = (self.transfer).filter(&light, self.coverage.as_deref(), gain);
-        self.weight_by_coverage(&mut out, 0.5);
-        out
+    ) -> LayerImage {
+        let filter = |plane: &[f32], shares: &Option<Vec<f32>>, transmission: f32| {
+            let mut light = self.cut(plane);
+            weight(&mut light, shares, 0.5);
+            let gain = |h: Complex<f32>, gradient_power| gain(h * transmission, gradient_power);
+            let mut out = (self.transfer).filter(&light, shares.as_deref(), gain);
+            weight(&mut out, shares, 0.5);
+            out
+        };
+        let [front, hidden] = self.planes(image);
+        let [of_front, of_hidden] = self.mean_transmission;
+        LayerImage {
+            front: filter(front, &self.coverage, of_front),
+            hidden: (self.hidden.is_some()).then(|| filter(hidden, &self.hidden, of_hidden)),
+        }
     }
 
     /// Returns the correction of texture for `estimate`, on the canvas ([`texture_correction`]).
@@ -195,7 +237,7 @@ impl DepthLayer {
         };
         let size = (self.window.width, self.window.height);
         let mut out = texture_correction(&self.transfer, size, &estimate, self.coverage.as_deref());
-        self.weight_by_coverage(&mut out, 1.0);
+        weight(&mut out, &self.coverage, 1.0);
         out
     }
 
@@ -205,7 +247,7 @@ impl DepthLayer {
         value: impl Fn(Complex<f32>, f32) -> f32 + Sync,
     ) -> Vec<f32> {
         let mut out = self.transfer.mean_over_frequencies(value);
-        self.weight_by_coverage(&mut out, 1.0);
+        weight(&mut out, &self.coverage, 1.0);
         out
     }
 
@@ -213,43 +255,45 @@ impl DepthLayer {
     pub(super) fn stopband_powers(
         &self,
         plane: &[f32],
-        stopband_power: f32,
+        band: Stopband,
         min_frequencies: usize,
     ) -> Vec<StopbandPower> {
         self.transfer.stopband_powers(
             &self.cut(plane),
             self.coverage.as_deref(),
-            stopband_power,
+            band,
             min_frequencies,
         )
     }
 
     /// Adds a plane of the window to `canvas`.
     pub(super) fn add_to(&self, canvas: &mut [f32], plane: &[f32]) {
+        self.add_scaled_to(canvas, plane, 1.0);
+    }
+
+    /// Adds `gain` times a plane of the window to `canvas`.
+    pub(super) fn add_scaled_to(&self, canvas: &mut [f32], plane: &[f32], gain: f32) {
         let rows = canvas
             .chunks_exact_mut(self.canvas_width)
             .skip(self.window.row);
         for (out, row) in rows.zip(plane.chunks_exact(self.window.width)) {
             for (out, sample) in out[self.window.column..].iter_mut().zip(row) {
-                *out += sample;
+                *out += gain * sample;
             }
         }
     }
 
-    fn cut(&self, plane: &[f32]) -> Vec<f32> {
+    /// Returns the window of a plane of the canvas.
+    pub(super) fn cut(&self, plane: &[f32]) -> Vec<f32> {
         self.window.cut(self.canvas_width, plane)
     }
+}
 
-    /// Multiplies a plane of the window by coverage to the power `exponent`.
-    fn weight_by_coverage(&self, plane: &mut [f32], exponent: f32) {
-        if let Some(coverage) = &self.coverage {
-            for (sample, coverage) in plane.iter_mut().zip(coverage) {
-                *sample *= if exponent == 1.0 {
-                    *coverage
-                } else {
-                    coverage.powf(exponent)
-                };
-            }
+/// Multiplies a plane by `shares` to the power `exponent`; `None` stands for ones.
+fn weight(plane: &mut [f32], shares: &Option<Vec<f32>>, exponent: f32) {
+    if let Some(shares) = shares {
+        for (sample, share) in plane.iter_mut().zip(shares) {
+            *sample *= if exponent == 1.0 { *share } else { share.powf(exponent) };
         }
     }
 }

@@ -15,7 +15,7 @@
 
 use super::canvas::Canvas;
 use super::hole_filling::fill_holes;
-use super::lens_operator::{Accuracy, LensOperator};
+use super::lens_operator::LensOperator;
 use super::noise_estimate::estimate_noise;
 use super::normal_deviate::normal_deviate;
 use super::{Clipping, Deconvolver, Saturation, SharpPlane, ramp};
@@ -255,7 +255,7 @@ impl ForegroundLens {
         let extended = self.canvas.extend_by_mirroring(samples);
         Ok(self
             .canvas
-            .crop(&self.operator.apply(&extended, Accuracy::Final)?))
+            .crop(&self.operator.apply(&extended)?))
     }
 }
 

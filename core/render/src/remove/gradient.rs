@@ -95,27 +95,91 @@ fn neighbours(plane: &[f32], width: usize, row: usize, component: usize) -> Neig
     }
 }
 
+/// The differences of a plane that count: those between pixels of one surface.
+#[derive(Clone)]
+pub(super) struct Links(Vec<u8>);
+
+impl Links {
+    /// Links the pixels of a plane of `count` pixels, `width` pixels wide, with those neighbours for which `is_linked` holds.
+    pub(super) fn new(
+        count: usize,
+        width: usize,
+        is_linked: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Self {
+        let bits = |k: usize| {
+            let (x, height) = ((k % width) as i32, count / width);
+            let linked = |difference: &Difference| {
+                let Difference { dx, dy, .. } = *difference;
+                let on_plane = (0..width as i32).contains(&(x + dx)) && k / width + dy < height;
+                on_plane && is_linked(k, (k as i32 + dx) as usize + dy * width)
+            };
+            let components = DIFFERENCES.iter().enumerate();
+            components.fold(0, |bits, (component, difference)| {
+                bits | u8::from(linked(difference)) << component
+            })
+        };
+        Self((0..count).into_par_iter().map(bits).collect())
+    }
+
+    /// Returns these links and those of a plane below.
+    pub(super) fn followed_by(mut self, below: Self) -> Self {
+        self.0.extend(below.0);
+        self
+    }
+
+    fn cut(&self, row: usize, width: usize, component: usize, differences: &mut [f32]) {
+        let bits = &self.0[row * width..];
+        for (difference, bits) in differences.iter_mut().zip(bits) {
+            *difference *= f32::from(bits >> component & 1);
+        }
+    }
+}
+
+/// A plane and its links; without links all neighbours are linked.
+#[derive(Clone, Copy)]
+pub(super) struct LinkedPlane<'a> {
+    pub(super) samples: &'a [f32],
+    pub(super) width: usize,
+    pub(super) links: Option<&'a Links>,
+}
+
+impl<'a> LinkedPlane<'a> {
+    /// A plane of one surface, whose neighbours are all linked.
+    pub(super) fn plain(samples: &'a [f32], width: usize) -> Self {
+        Self {
+            samples,
+            width,
+            links: None,
+        }
+    }
+}
+
 /// Writes one component of D `plane` on a row to `out`.
-fn difference_row(plane: &[f32], width: usize, row: usize, component: usize, out: &mut [f32]) {
+fn difference_row(plane: LinkedPlane, row: usize, component: usize, out: &mut [f32]) {
+    let LinkedPlane { samples, width, .. } = plane;
     let weight = DIFFERENCES[component].weight;
-    let near = neighbours(plane, width, row, component);
+    let near = neighbours(samples, width, row, component);
     out.fill(0.0);
     let pairs = near.pixels.iter().zip(near.neighbours);
     for (out, (a, b)) in out[near.first.min(width)..].iter_mut().zip(pairs) {
         *out = weight * (b - a);
     }
+    if let Some(links) = plane.links {
+        links.cut(row, width, component, out);
+    }
 }
 
-/// Returns the Gram matrix of D `a` and D `b`.
-pub(super) fn gradient_gram(a: &[f32], b: &[f32], width: usize) -> Gram {
-    let rows: Vec<Gram> = (0..a.len() / width.max(1))
+/// Returns the Gram matrix of D `a` and D `b`, planes with the same links.
+pub(super) fn gradient_gram(a: LinkedPlane, b: LinkedPlane) -> Gram {
+    let width = a.width;
+    let rows: Vec<Gram> = (0..a.samples.len() / width.max(1))
         .into_par_iter()
         .map_init(
             || (vec![0.0; width], vec![0.0; width]),
             |(row_a, row_b), row| {
                 let components = (0..DIFFERENCES.len()).map(|component| {
-                    difference_row(a, width, row, component, row_a);
-                    difference_row(b, width, row, component, row_b);
+                    difference_row(a, row, component, row_a);
+                    difference_row(b, row, component, row_b);
                     short_gram(row_a, row_b)
                 });
                 Gram::total(components)
@@ -126,18 +190,19 @@ pub(super) fn gradient_gram(a: &[f32], b: &[f32], width: usize) -> Gram {
 }
 
 /// Returns |D `plane`| on evenly spaced rows, 128 to 255 of them or all: enough for statistics.
-pub(super) fn sampled_norms(plane: &[f32], width: usize) -> Vec<f32> {
-    let height = plane.len() / width.max(1);
-    norms_on_rows(plane, width, (height / SAMPLED_ROWS).max(1))
+pub(super) fn sampled_norms(plane: LinkedPlane) -> Vec<f32> {
+    let height = plane.samples.len() / plane.width.max(1);
+    norms_on_rows(plane, (height / SAMPLED_ROWS).max(1))
 }
 
 /// Returns |D `plane`| of each pixel, row-major.
-pub(super) fn norms(plane: &[f32], width: usize) -> Vec<f32> {
-    norms_on_rows(plane, width, 1)
+pub(super) fn norms(plane: LinkedPlane) -> Vec<f32> {
+    norms_on_rows(plane, 1)
 }
 
-fn norms_on_rows(plane: &[f32], width: usize, step: usize) -> Vec<f32> {
-    let height = plane.len() / width.max(1);
+fn norms_on_rows(plane: LinkedPlane, step: usize) -> Vec<f32> {
+    let width = plane.width;
+    let height = plane.samples.len() / width.max(1);
     let rows: Vec<Vec<f32>> = (0..height)
         .into_par_iter()
         .step_by(step)
@@ -145,7 +210,7 @@ fn norms_on_rows(plane: &[f32], width: usize, step: usize) -> Vec<f32> {
             || [(); 4].map(|()| vec![0.0; width]),
             |components, row| {
                 for (component, out) in components.iter_mut().enumerate() {
-                    difference_row(plane, width, row, component, out);
+                    difference_row(plane, row, component, out);
                 }
                 (0..width).map(|k| norm(components, k)).collect()
             },
@@ -177,9 +242,9 @@ impl Gradient {
     ///
     /// With v = D x + u, z is v shortened by `threshold` (soft thresholding of its norm at each pixel), and the new u
     /// is v - z. Returns z - u - D x with the new u, the residual that pulls the next image.
-    pub(super) fn update_multiplier(&mut self, plane: &[f32], threshold: f32) -> Self {
+    pub(super) fn update_multiplier(&mut self, plane: LinkedPlane, threshold: f32) -> Self {
         let width = self.width;
-        let mut pull = Self::zeros(plane.len(), width);
+        let mut pull = Self::zeros(plane.samples.len(), width);
         let [u0, u1, u2, u3] = (self.components)
             .each_mut()
             .map(|component| component.par_chunks_mut(width));
@@ -192,7 +257,7 @@ impl Gradient {
             |(row, ((((u0, u1), u2), u3), (((p0, p1), p2), p3)))| {
                 let (u, mut p) = ([u0, u1, u2, u3], [p0, p1, p2, p3]);
                 for (component, out) in p.iter_mut().enumerate() {
-                    difference_row(plane, width, row, component, out);
+                    difference_row(plane, row, component, out);
                 }
                 for k in 0..width {
                     let gradient = [p[0][k], p[1][k], p[2][k], p[3][k]];
@@ -256,7 +321,7 @@ mod tests {
         let mut gradient = Gradient::zeros(plane.len(), WIDTH);
         for (component, out) in gradient.components.iter_mut().enumerate() {
             for (row, out) in out.chunks_exact_mut(WIDTH).enumerate() {
-                difference_row(plane, WIDTH, row, component, out);
+                difference_row(LinkedPlane::plain(plane, WIDTH), row, component, out);
             }
         }
         gradient

@@ -13,7 +13,7 @@
 use super::admm::Refinement;
 use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
-use super::gradient::{norms, sampled_norms, white_noise_power};
+use super::gradient::{LinkedPlane, norms, sampled_norms, white_noise_power};
 use super::winsorised::WinsorisedStatistics;
 use super::{Deconvolver, Lights, SharpPlane};
 use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass, kernel_reach};
@@ -197,6 +197,7 @@ impl Trial<'_> {
         };
         let variant = Variant {
             model_error: MODEL_ERROR,
+            picture_error: MODEL_ERROR,
             refinement: Refinement::Skip,
             lights: Lights::KeepBlur,
         };
@@ -210,7 +211,10 @@ impl Trial<'_> {
 
     /// Returns the score of a result, from the gradients of the `sharpened` pixels.
     fn score(&self, plane: &SharpPlane, sharpened: &[bool]) -> f64 {
-        let gradients = norms(&plane.canvas.crop(&plane.sharp), self.tile.width);
+        let gradients = norms(LinkedPlane::plain(
+            &plane.canvas.crop(&plane.sharp),
+            self.tile.width,
+        ));
         let gradients: Vec<f32> = (gradients.into_iter().zip(sharpened))
             .filter_map(|(norm, sharpened)| sharpened.then_some(norm))
             .collect();
@@ -228,7 +232,7 @@ impl Trial<'_> {
 
 /// Returns whether the gradients of an image exceed those of its noise.
 fn has_detail(samples: &[f32], width: usize, noise: f64) -> bool {
-    let gradients = sampled_norms(samples, width);
+    let gradients = sampled_norms(LinkedPlane::plain(samples, width));
     let squares = gradients.iter().map(|v| f64::from(*v).powi(2));
     let mean_square = squares.sum::<f64>() / gradients.len().max(1) as f64;
     mean_square > (MIN_DETAIL * noise).powi(2) * white_noise_power()
@@ -256,7 +260,7 @@ fn chosen_tiles(scene: &Scene, planes: &[(Deconvolver, Plane)]) -> Vec<RenderWin
     tiles.par_iter_mut().for_each(|(score, tile)| {
         let detail = planes.iter().map(|(_, plane)| {
             let samples = tile.cut(scene.width, plane.samples);
-            WinsorisedStatistics::new(sampled_norms(&samples, tile.width)).root_mean_square
+            WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&samples, tile.width))).root_mean_square
         });
         let centre = (tile.row + tile.height / 2) * scene.width + tile.column + tile.width / 2;
         let reach = kernel_reach(scene, *tile, scene.vergence_at(centre));

@@ -1,17 +1,23 @@
 //! The lens on a canvas as a linear operator A, with its adjoint and filters that approximate its inverse.
 //!
-//! Where depth varies the canvas is cut into layers j of one vergence each, and A x = G Σ A_j c_j x. The coverage c_j is
-//! the share of each pixel in layer j: a hat function of the layer coordinate, so that all shares of a pixel sum to
-//! one. A_j is the lens at the vergence of the layer. The normalisation G is diagonal and makes A preserve uniform light, as
-//! if the light hidden behind a blurred edge were like the light seen there.
+//! Where depth varies, an image has two planes: x, what each pixel of the canvas shows, and y, the surface that is hidden behind
+//! it beside depth edges (`hidden_surface`). The canvas is cut into layers j of one vergence each, and
+//!
+//! ```text
+//! A (x, y) = G Σ T_j A_j (c_j x + d_j y)
+//! ```
+//!
+//! The coverages c_j and d_j are the shares of each pixel in layer j: hat functions of the layer coordinate of the surface in front
+//! and of the one behind. A_j is the lens at the vergence of the layer. The transmission T_j is the light that passes the surfaces
+//! in front of layer j, 1 - Σ A_k c_k over all layers k that are nearer by a depth edge: those of one inclined surface do not hide
+//! each other. The normalisation G is diagonal and makes A preserve uniform light.
 
 use super::canvas::Canvas;
-use super::depth_layer::DepthLayer;
-use super::gradient::norms;
-use super::hole_filling::continue_known;
-use super::ramp;
+use super::depth_layer::{DepthLayer, LayerImage};
+use super::gradient::{LinkedPlane, Links, norms};
+use super::hidden_surface::HiddenSurface;
 use super::texture::Estimate;
-use super::transfer_functions::StopbandPower;
+use super::transfer_functions::{Stopband, StopbandPower};
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass, snapped};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
@@ -19,28 +25,26 @@ use seidel_optics::error::Result;
 
 /// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly
 /// any light.
-const MIN_UNIFORM_LIGHT: f32 = 0.05;
-/// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
-pub(super) const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
-/// Shares of light from kernels like those of a layer between which a sample goes from unknown to known in it.
-const OWN_LIGHT: [f32; 2] = [0.5, 0.9];
+const MIN_UNIFORM_LIGHT: f32 = 0.3;
 
 /// The lens on a canvas.
 pub(super) struct LensOperator {
     layers: Vec<DepthLayer>,
     /// Columns and rows of the canvas.
     size: (usize, usize),
-    /// The diagonal of G; `None` if all of the canvas is at one vergence.
-    normalisation: Option<Vec<f32>>,
+    /// `None` if all of the canvas is at one vergence.
+    depth: Option<Depth>,
 }
 
-/// The accuracy of a blur.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Accuracy {
-    /// That of the draft renderer. [`LensOperator::adjoint`] is the exact transpose at this accuracy.
-    Draft,
-    /// That of the final renderer.
-    Final,
+/// What a canvas with depth has in addition.
+struct Depth {
+    /// The diagonal of G.
+    gains: Vec<f32>,
+    surface: HiddenSurface,
+    /// The links of the image of front and back, one above the other.
+    links: Links,
+    /// Share of each pixel's light that comes from behind an edge or is hidden by one.
+    edge_light: Vec<f32>,
 }
 
 impl LensOperator {
@@ -58,59 +62,100 @@ impl LensOperator {
             return Ok(Self {
                 layers: vec![DepthLayer::only(&canvas_scene, weights)?],
                 size,
-                normalisation: None,
+                depth: None,
             });
         };
         let pass = canvas.extend_by_replication(pass);
-        let mut operator = Self {
-            layers: depth_layers(&canvas_scene, &pass, weights)?,
+        let cut = LayerCut::new(&canvas_scene, &pass);
+        let mut layers = cut.layers(&canvas_scene, weights)?;
+        let depth = cut.depth(&mut layers, size)?;
+        Ok(Self {
+            layers,
             size,
-            normalisation: None,
-        };
-        let ones = vec![1.0; size.0 * size.1];
-        let layers = operator.layers.iter();
-        let blurred: Vec<Vec<f32>> = layers
-            .map(|layer| layer.apply(&ones, Accuracy::Final))
-            .collect::<Result<_>>()?;
-        let mut uniform = vec![0.0; size.0 * size.1];
-        for (layer, light) in operator.layers.iter().zip(&blurred) {
-            layer.add_to(&mut uniform, light);
-        }
-        let gains = uniform
-            .iter()
-            .map(|light| light.max(MIN_UNIFORM_LIGHT).recip());
-        let gains: Vec<f32> = gains.collect();
-        for (layer, light) in operator.layers.iter_mut().zip(blurred) {
-            layer.set_light_share(light, &gains);
-        }
-        operator.normalisation = Some(gains);
-        Ok(operator)
+            depth: Some(depth),
+        })
     }
 
-    /// Applies A: blurs `plane`.
+    /// Applies A: blurs an image. Behind depth edges, a plane of the canvas is black.
     ///
     /// # Errors
-    /// A plane that is not of the canvas's size.
-    pub(super) fn apply(&self, plane: &[f32], accuracy: Accuracy) -> Result<Vec<f32>> {
-        let mut out = self.sum_of_layers(|layer| layer.apply(plane, accuracy))?;
+    /// An image that is not of the canvas's size.
+    pub(super) fn apply(&self, image: &[f32]) -> Result<Vec<f32>> {
+        let count = self.size.0 * self.size.1;
+        if self.depth.is_some() && image.len() == count {
+            let mut padded = image.to_vec();
+            padded.resize(2 * count, 0.0);
+            return self.apply(&padded);
+        }
+        let mut out = self.sum_of_layers(|layer| layer.apply(image))?;
         self.normalise(&mut out);
         Ok(out)
     }
 
-    /// Applies Aᵀ, with draft accuracy.
+    /// Applies Aᵀ to a plane of the canvas.
     ///
     /// # Errors
     /// A plane that is not of the canvas's size.
     pub(super) fn adjoint(&self, mut plane: Vec<f32>) -> Result<Vec<f32>> {
         self.normalise(&mut plane);
-        self.sum_of_layers(|layer| layer.adjoint(&plane))
+        self.image_of_layers(|layer| layer.adjoint(&plane))
     }
 
-    /// Returns the relative error of each pixel of a blurred uniform canvas without normalisation. It is large at depth
-    /// edges, where occlusion makes A wrong. `None` if all of the canvas is at one vergence.
-    pub(super) fn normalisation_error(&self) -> Option<Vec<f32>> {
-        let gains = self.normalisation.as_ref()?.iter();
-        Some(gains.map(|gain| (gain.recip() - 1.0).abs()).collect())
+    /// Returns the image that shows `plane`, and behind depth edges its continuation.
+    pub(super) fn image(&self, mut plane: Vec<f32>) -> Vec<f32> {
+        if let Some(depth) = &self.depth {
+            let behind = |k: usize| plane[depth.surface.source(k).unwrap_or(k)];
+            let behind: Vec<f32> = (0..plane.len()).map(behind).collect();
+            plane.extend(behind);
+        }
+        plane
+    }
+
+    /// Returns the share of each pixel's light that comes from behind a depth edge or is hidden by one. `None` if all of the canvas
+    /// is at one vergence.
+    pub(super) fn edge_light(&self) -> Option<&[f32]> {
+        self.depth.as_ref().map(|depth| &depth.edge_light[..])
+    }
+
+    /// Returns whether a pixel of the canvas lies at a depth edge. Its light is a mixture of surfaces, and its depth that of one.
+    pub(super) fn is_at_edge(&self, pixel: usize) -> bool {
+        let depth = self.depth.as_ref();
+        depth.is_some_and(|depth| depth.surface.is_at_edge(pixel))
+    }
+
+    /// Returns the surfaces of an image one above the other: those in front, and those behind.
+    pub(super) fn stack(&self, image: &[f32]) -> Vec<f32> {
+        let mut stacked = image.to_vec();
+        if let Some(depth) = &self.depth {
+            let (front, hidden) = image.split_at(image.len() / 2);
+            let back = depth.surface.back(front, hidden);
+            stacked.truncate(front.len());
+            stacked.extend(back);
+        }
+        stacked
+    }
+
+    /// Applies the transpose of [`Self::stack`].
+    pub(super) fn unstack(&self, mut stacked: Vec<f32>) -> Vec<f32> {
+        if let Some(depth) = &self.depth {
+            let count = stacked.len() / 2;
+            let (front, back) = stacked.split_at_mut(count);
+            for k in 0..count {
+                if depth.surface.source(k).is_none() {
+                    front[k] += std::mem::take(&mut back[k]);
+                }
+            }
+        }
+        stacked
+    }
+
+    /// Returns a stacked image with the links between its pixels.
+    pub(super) fn linked<'a>(&'a self, stacked: &'a [f32]) -> LinkedPlane<'a> {
+        LinkedPlane {
+            samples: stacked,
+            width: self.size.0,
+            links: self.depth.as_ref().map(|depth| &depth.links),
+        }
     }
 
     /// Filters `plane` by `gain(h, |D|²)` on local spectra, each pixel by the transfer functions h of its own layer.
@@ -122,36 +167,9 @@ impl LensOperator {
         self.sum_of_layers(|layer| Ok(layer.filter(plane, &gain)))
     }
 
-    /// Filters `plane` like [`Self::filter`], each layer by itself: samples that are not `known`, and those with light of other kernels, are
-    /// replaced by a smooth continuation. Where kernels differ, what one layer shows would ring in the other.
-    pub(super) fn filter_by_layer(
-        &self,
-        plane: &[f32],
-        known: &[bool],
-        gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
-    ) -> Result<Vec<f32>> {
-        if self.is_flat() {
-            return self.filter(plane, gain);
-        }
-        self.sum_of_layers(|layer| {
-            let mut shares = vec![0.0; plane.len()];
-            for other in &self.layers {
-                let likeness = layer.likeness(other);
-                if likeness > 0.0 {
-                    other.add_light_share_to(&mut shares, likeness);
-                }
-            }
-            for (share, known) in shares.iter_mut().zip(known) {
-                *share = if *known { ramp(*share, OWN_LIGHT) } else { 0.0 };
-            }
-            let continued = continue_known(plane, self.size.0, &shares);
-            Ok(layer.filter(&continued, &gain))
-        })
-    }
-
     /// Returns whether all of the canvas is at one vergence.
     pub(super) fn is_flat(&self) -> bool {
-        self.normalisation.is_none()
+        self.depth.is_none()
     }
 
     /// Filters `plane` like [`Self::filter`], by `gain(h, r, |D|²)` with the transfer functions r of another operator on
@@ -174,13 +192,14 @@ impl LensOperator {
         Ok(out)
     }
 
-    /// Filters like [`Self::filter`], as a symmetric operator if `gain` is real: a preconditioner.
+    /// Filters an image like [`Self::filter`], as a symmetric operator if `gain` is real: a preconditioner. Transfer functions are
+    /// those of the light that passes what lies in front.
     pub(super) fn precondition(
         &self,
-        plane: &[f32],
+        image: &[f32],
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Result<Vec<f32>> {
-        self.sum_of_layers(|layer| Ok(layer.filter_symmetrically(plane, &gain)))
+        self.image_of_layers(|layer| Ok(layer.filter_symmetrically(image, &gain)))
     }
 
     /// Returns the correction of texture for an `image` with this `residual`, whose noise has the standard deviation
@@ -194,7 +213,7 @@ impl LensOperator {
         let estimate = Estimate {
             image,
             residual,
-            gradient_norms: &norms(image, self.size.0),
+            gradient_norms: &norms(LinkedPlane::plain(image, self.size.0)),
             deviation: deviation as f32,
         };
         self.sum_of_layers(|layer| Ok(layer.texture_correction(&estimate)))
@@ -213,12 +232,12 @@ impl LensOperator {
     pub(super) fn stopband_powers(
         &self,
         plane: &[f32],
-        stopband_power: f32,
+        band: Stopband,
         min_frequencies: usize,
     ) -> Vec<StopbandPower> {
         let layers = self.layers.iter();
         layers
-            .flat_map(|layer| layer.stopband_powers(plane, stopband_power, min_frequencies))
+            .flat_map(|layer| layer.stopband_powers(plane, band, min_frequencies))
             .collect()
     }
 
@@ -239,40 +258,155 @@ impl LensOperator {
         Ok(out)
     }
 
+    /// Adds up `image_of` each layer like [`Self::sum_of_layers`].
+    fn image_of_layers(
+        &self,
+        image_of: impl Fn(&DepthLayer) -> Result<LayerImage>,
+    ) -> Result<Vec<f32>> {
+        if let [layer] = self.layers.as_slice()
+            && layer.is_only()
+        {
+            return Ok(image_of(layer)?.front);
+        }
+        let count = self.size.0 * self.size.1;
+        let mut out = vec![0.0; 2 * count];
+        for layer in &self.layers {
+            let image = image_of(layer)?;
+            let (front, hidden) = out.split_at_mut(count);
+            layer.add_to(front, &image.front);
+            if let Some(light) = &image.hidden {
+                layer.add_to(hidden, light);
+            }
+        }
+        Ok(out)
+    }
+
     fn normalise(&self, plane: &mut [f32]) {
-        if let Some(gains) = &self.normalisation {
-            for (sample, gain) in plane.iter_mut().zip(gains) {
+        if let Some(depth) = &self.depth {
+            for (sample, gain) in plane.iter_mut().zip(&depth.gains) {
                 *sample *= gain;
             }
         }
     }
 }
 
-/// Cuts the canvas of `scene` into layers by `pass`, the vergence of each of its pixels. Layers without a pixel are left
-/// out.
-fn depth_layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<DepthLayer>> {
-    let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
-    let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-    let (lowest, highest) = (f64::from(lowest), f64::from(highest));
-    let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::BY_HALF_THE_BLUR);
-    let coordinates: Vec<f32> = pass
-        .par_iter()
-        .map(|vergence| layers.coordinate(f64::from(*vergence)))
-        .collect();
-    let coordinates = snapped(&coordinates, scene.width, scene.height);
-    let layer = |index: usize| {
-        let hat = |at: &f32| (1.0 - (at - layers.coordinate_of(index)).abs()).max(0.0);
-        let coverage: Vec<f32> = coordinates.iter().map(hat).collect();
-        let covered = covered_window(&coverage, scene.width)?;
-        let size = layers.size(layers.coordinate_of(index));
-        let vergence = layers.vergence(index);
-        let layer = DepthLayer::at_vergence(scene, weights, vergence, covered, &coverage);
-        Some(layer.map(|layer| layer.of_size(size)))
-    };
-    (0..layers.len())
-        .into_par_iter()
-        .filter_map(layer)
-        .collect()
+/// A canvas cut into layers by the vergence of each of its pixels.
+struct LayerCut {
+    layers: DepthLayers,
+    /// Layer coordinates of the surfaces in front.
+    coordinates: Vec<f32>,
+    surface: HiddenSurface,
+    /// Nearness of each layer.
+    nearness: Vec<f32>,
+}
+
+impl LayerCut {
+    fn new(scene: &Scene, pass: &[f32]) -> Self {
+        let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
+        let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
+        let (lowest, highest) = (f64::from(lowest), f64::from(highest));
+        let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::BY_HALF_THE_BLUR);
+        let coordinates: Vec<f32> = pass
+            .par_iter()
+            .map(|vergence| layers.coordinate(f64::from(*vergence)))
+            .collect();
+        let coordinates = snapped(&coordinates, scene.width, scene.height);
+        let size = |index: usize| layers.size(layers.coordinate_of(index));
+        let mut nearness = vec![0.0];
+        for index in 1..layers.len() {
+            let last = nearness[index - 1];
+            nearness.push(last + (size(index) - size(index - 1)).abs());
+        }
+        let nearness_at = |coordinate: &f32| {
+            let (low, high) = layers.around(*coordinate);
+            let share = coordinate - layers.coordinate_of(low);
+            nearness[low] + share * (nearness[high] - nearness[low])
+        };
+        let front = coordinates.iter().map(nearness_at).collect();
+        let largest = coordinates.iter().map(|at| layers.size(*at));
+        // A surface is seen as far behind an edge as its own blur and that of what hides it reach.
+        let reach = largest.fold(0.0, f32::max).ceil() as usize + 2;
+        Self {
+            surface: HiddenSurface::new(front, scene.width, reach),
+            layers,
+            coordinates,
+            nearness,
+        }
+    }
+
+    /// Returns the layers with a pixel in them, without transmissions.
+    fn layers(&self, scene: &Scene, weights: &[f64]) -> Result<Vec<DepthLayer>> {
+        let layer = |index: usize| {
+            let hat = |at: f32| (1.0 - (at - self.layers.coordinate_of(index)).abs()).max(0.0);
+            let coverage: Vec<f32> = self.coordinates.iter().map(|at| hat(*at)).collect();
+            let behind = |k: usize| {
+                let source = self.surface.source(k);
+                source.map_or(0.0, |source| hat(self.coordinates[source]))
+            };
+            let hidden: Vec<f32> = (0..coverage.len()).map(behind).collect();
+            let either: Vec<f32> = coverage.iter().zip(&hidden).map(|(a, b)| a + b).collect();
+            let covered = covered_window(&either, scene.width)?;
+            let vergence = self.layers.vergence(index);
+            let layer = DepthLayer::at_vergence(scene, weights, vergence, covered, &coverage);
+            Some(layer.map(|layer| layer.with_hidden(&hidden, self.nearness[index])))
+        };
+        (0..self.layers.len())
+            .into_par_iter()
+            .filter_map(layer)
+            .collect()
+    }
+
+    /// Sets the transmissions of all `layers` of a canvas of `size`.
+    fn depth(self, layers: &mut [DepthLayer], size: (usize, usize)) -> Result<Depth> {
+        let count = size.0 * size.1;
+        let ones: Vec<f32> = vec![1.0; count];
+        let image_of = |front: f32, hidden: f32| {
+            let mut image = vec![front; count];
+            image.resize(2 * count, hidden);
+            image
+        };
+        let blur = |image: &[f32]| -> Result<Vec<Vec<f32>>> {
+            layers.par_iter().map(|layer| layer.apply(image)).collect()
+        };
+        let covered = blur(&image_of(1.0, 0.0))?;
+        let behind = blur(&image_of(0.0, 1.0))?;
+        let transmissions: Vec<Vec<f32>> = (layers.par_iter())
+            .map(|layer| {
+                let mut passed = ones.clone();
+                for (nearer, covered) in layers.iter().zip(&covered) {
+                    let hiding = HiddenSurface::hiding(nearer.nearness(), layer.nearness());
+                    if hiding > 0.0 {
+                        nearer.add_scaled_to(&mut passed, covered, -hiding);
+                    }
+                }
+                passed.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
+                passed
+            })
+            .collect();
+        let (mut uniform, mut edge_light) = (vec![0.0; count], vec![0.0; count]);
+        for (index, layer) in layers.iter().enumerate() {
+            let passed = layer.cut(&transmissions[index]);
+            let (covered, behind) = (&covered[index], &behind[index]);
+            let light = (covered.iter().zip(behind).zip(&passed)).map(|((a, b), t)| t * (a + b));
+            layer.add_to(&mut uniform, &light.collect::<Vec<_>>());
+            let mixed = (covered.iter().zip(behind).zip(&passed)).map(|((a, b), t)| t * b + (1.0 - t) * a);
+            layer.add_to(&mut edge_light, &mixed.collect::<Vec<_>>());
+        }
+        let gains: Vec<f32> = (uniform.iter())
+            .map(|light| light.max(MIN_UNIFORM_LIGHT).recip())
+            .collect();
+        (layers.par_iter_mut().zip(&transmissions))
+            .try_for_each(|(layer, passed)| layer.set_transmission(passed, &gains))?;
+        let (width, surface) = (size.0, self.surface);
+        let front = Links::new(count, width, |a, b| surface.is_front_joined(a, b));
+        let back = Links::new(count, width, |a, b| surface.is_back_joined(a, b));
+        Ok(Depth {
+            gains,
+            links: front.followed_by(back),
+            surface,
+            edge_light,
+        })
+    }
 }
 
 /// Returns the smallest window with all pixels whose coverage is above zero, if there are any.
@@ -343,8 +477,9 @@ mod tests {
             let canvas = Canvas::new(&scene);
             let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
             let count = canvas.size().0 * canvas.size().1;
-            let (x, y) = (deviates.plane(count), deviates.plane(count));
-            let blurred = operator.apply(&x, Accuracy::Draft);
+            let image = operator.image(vec![0.0; count]).len();
+            let (x, y) = (deviates.plane(image), deviates.plane(count));
+            let blurred = operator.apply(&x);
             let blurred = blurred.expect("a plane of the canvas");
             let back = operator.adjoint(y.clone()).expect("a plane of the canvas");
             let scale = (dot(&blurred, &blurred) * dot(&y, &y)).sqrt();
@@ -352,41 +487,6 @@ mod tests {
         }
     }
 
-    /// A bright texture among the near pixels, which are blurred more, and an even area among the far ones.
-    #[test]
-    fn a_layer_is_filtered_without_the_light_of_other_kernels() {
-        let lens = lens(1.0);
-        let pass: Vec<f32> = (0..WIDTH * HEIGHT)
-            .map(|k| if k % WIDTH < 60 { 4.0 } else { 0.0 })
-            .collect();
-        let scene = Scene {
-            vergence: VergencePass::PerPixel(&pass),
-            ..scene(&lens)
-        };
-        let canvas = Canvas::new(&scene);
-        let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
-        let plate: Vec<f32> = (0..WIDTH * HEIGHT)
-            .map(|k| {
-                if k % WIDTH < 56 {
-                    4.0 * (k % 3) as f32
-                } else {
-                    0.5
-                }
-            })
-            .collect();
-        let plane = canvas.extend_by_mirroring(&plate);
-        let known = vec![true; plane.len()];
-        let gain = |h: Complex<f32>, _| h.conj() / (h.norm_sqr() + 1e-3);
-        let error = |filtered: Result<Vec<f32>>| {
-            let filtered = canvas.crop(&filtered.expect("a plane of the canvas"));
-            let even = (0..WIDTH * HEIGHT).filter(|k| (61..WIDTH - 16).contains(&(k % WIDTH)));
-            even.map(|k| (filtered[k] - 0.5).abs()).fold(0.0, f32::max)
-        };
-        let at_once = error(operator.filter(&plane, gain));
-        let by_layer = error(operator.filter_by_layer(&plane, &known, gain));
-        assert!(at_once > 0.1, "{at_once}, {by_layer}");
-        assert!(by_layer < 0.1 * at_once, "{at_once}, {by_layer}");
-    }
 
     #[test]
     fn uniform_light_is_preserved_at_a_depth_edge() {

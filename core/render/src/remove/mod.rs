@@ -31,6 +31,7 @@ mod depth_layer;
 mod depth_split;
 mod gradient;
 mod highlights;
+mod hidden_surface;
 mod hole_filling;
 mod lens_check;
 mod lens_operator;

@@ -5,6 +5,7 @@
 
 use super::canvas::Canvas;
 use super::lens_operator::LensOperator;
+use super::transfer_functions::Stopband;
 use super::winsorised::WinsorisedStatistics;
 use std::f64::consts::LN_2;
 
@@ -12,6 +13,8 @@ use std::f64::consts::LN_2;
 const MEDIAN_ABS_NORMAL: f64 = 0.674_489_75;
 /// Frequencies of which the lens passes less than this share of the power are its stopband.
 const STOPBAND_POWER: f32 = 1e-6;
+/// Share of the tiles that are quieter than the one from which the noise of a lens without a stopband is estimated.
+const QUIET_TILES: f64 = 0.25;
 /// Least number of stopband frequencies in a tile that is used.
 const MIN_FREQUENCIES: usize = 64;
 /// Ratio of the noise at the lowest frequencies of the stopband to that at all from which neighbouring pixels share it: about
@@ -66,7 +69,8 @@ pub(super) fn estimate_noise(
     operator: &LensOperator,
 ) -> NoiseEstimate {
     let found = stopband_noise(plane, canvas, operator).unwrap_or_else(|| {
-        let deviation = haar_noise(plane, canvas.plate.0);
+        let deviation = quietest_noise(plane, canvas, operator)
+            .unwrap_or_else(|| haar_noise(plane, canvas.plate.0));
         NoiseEstimate {
             deviation,
             blocked: deviation,
@@ -105,7 +109,7 @@ fn stopband_noise(
     operator: &LensOperator,
 ) -> Option<NoiseEstimate> {
     let mirrored = canvas.extend_by_mirroring(plane);
-    let mut powers = operator.stopband_powers(&mirrored, STOPBAND_POWER, MIN_FREQUENCIES);
+    let mut powers = operator.stopband_powers(&mirrored, Stopband::Below(STOPBAND_POWER), MIN_FREQUENCIES);
     let deviation = |median_power: f64| (median_power / LN_2).sqrt();
     let blocked = deviation(median(powers.iter().map(|power| power.all))?);
     let growth = powers.iter().map(|power| (power.lowest / power.all).sqrt());
@@ -125,6 +129,18 @@ fn stopband_noise(
     Some(NoiseEstimate {
         deviation: PASSBAND_GROWTH * deviation(median(lowest.map(|power| power.lowest))?),
         blocked,
+    })
+}
+
+/// Returns the noise at the frequencies of each tile that the lens passes least, in a quiet tile: texture adds to it.
+fn quietest_noise(plane: &[f32], canvas: &Canvas, operator: &LensOperator) -> Option<f64> {
+    let mirrored = canvas.extend_by_mirroring(plane);
+    let powers = operator.stopband_powers(&mirrored, Stopband::Quietest, MIN_FREQUENCIES);
+    let mut powers: Vec<f64> = powers.iter().map(|power| power.all).collect();
+    let rank = (QUIET_TILES * powers.len() as f64) as usize;
+    (!powers.is_empty()).then(|| {
+        let (_, quiet, _) = powers.select_nth_unstable_by(rank, f64::total_cmp);
+        (*quiet / LN_2).sqrt()
     })
 }
 

@@ -22,8 +22,7 @@
 use super::admm::{BlurPair, Problem};
 use super::block_matching::PatchGroups;
 use super::collaborative_filter::collaborative_filter;
-use super::gradient::norms;
-use super::lens_operator::Accuracy;
+use super::gradient::{LinkedPlane, norms};
 use super::local_mean::average_locally;
 use super::ramp;
 use super::texture::EXPLAINED_RESIDUAL;
@@ -65,10 +64,10 @@ pub(super) fn refine(
         let noisy = fitted_image(problem, &estimate, &strengths, deviation)?;
         let noise = (deviation * problem.deviation) as f32;
         let image = collaborative_filter(&noisy, &estimate.image, &groups, noise);
-        estimate = problem.blur(image, Accuracy::Final)?;
+        estimate = problem.blur(image)?;
     }
     let image = fitted_image(problem, &estimate, &strengths, LAST_DEVIATION)?;
-    problem.blur(image, Accuracy::Final)
+    problem.blur(image)
 }
 
 /// Returns x for v = `estimate` and q = `deviation`.
@@ -100,7 +99,10 @@ fn strengths(problem: &Problem, estimate: &BlurPair) -> Vec<f32> {
         plane
     };
     let residuals = root_mean_squares(problem.weighted_residual(estimate, 1.0));
-    let gradients = root_mean_squares(norms(&estimate.image, problem.width()));
+    let gradients = root_mean_squares(norms(LinkedPlane::plain(
+        &estimate.image,
+        problem.width(),
+    )));
     let pixels = residuals.par_iter().zip(&gradients);
     pixels
         .map(|(residual, gradient)| {

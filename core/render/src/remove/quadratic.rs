@@ -29,7 +29,11 @@ impl Quadratic {
     ) -> Result<Vec<f32>> {
         let weighted = problem.weighted_residual(estimate, self.data_weight as f32);
         let mut descent = problem.operator.adjoint(weighted)?;
-        add_scaled(&mut descent, &pull.adjoint(), self.penalty as f32);
+        add_scaled(
+            &mut descent,
+            &problem.operator.unstack(pull.adjoint()),
+            self.penalty as f32,
+        );
         Ok(descent)
     }
 
@@ -61,9 +65,13 @@ impl Quadratic {
         mut direction: BlurPair,
         previous: Option<BlurPair>,
     ) -> BlurPair {
+        let operator = problem.operator;
         let other = previous.as_ref().unwrap_or(&direction);
-        let data = weighted_gram(&direction.blurred, &other.blurred, problem.weights);
-        let prior = gradient_gram(&direction.image, &other.image, problem.width());
+        let data = weighted_gram(&direction.blurred, &other.blurred, &problem.weights);
+        let prior = {
+            let [a, b] = [&direction.image, &other.image].map(|image| operator.stack(image));
+            gradient_gram(operator.linked(&a), operator.linked(&b))
+        };
         let curvature = |data: f64, prior: f64| self.data_weight * data + self.penalty * prior;
         let a = curvature(data.aa, prior.aa);
         let b = curvature(data.ab, prior.ab);

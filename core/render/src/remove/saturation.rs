@@ -17,8 +17,9 @@ pub enum Saturation {
 const BAND_DEVIATIONS: f64 = 0.5;
 /// Largest width of a band, as a share of the brightest sample.
 const MAX_BAND_SHARE: f64 = 0.001;
-/// Noise below this share of the brightest sample counts as no noise.
-const MIN_NOISE_SHARE: f64 = 1e-5;
+/// Noise below this share of the brightest sample counts as no noise: no camera has so little, and the estimate takes some texture for
+/// noise.
+const MIN_NOISE_SHARE: f64 = 3e-4;
 /// Number of bands below the brightest with which it is compared.
 const BANDS_BELOW: usize = 20;
 /// Least number of samples in the brightest band of a clipped plane.

@@ -1,7 +1,7 @@
 //! Separation of a plane: its lights, the rest of its picture, and what keeps its blur.
 
 use super::deconvolver::{Lights, Variant, is_uniform};
-use super::lens_operator::{Accuracy, KEPT_NORMALISATION_ERROR, LensOperator};
+use super::lens_operator::LensOperator;
 use super::light_sources::{FoundLights, LightSearch, LightSources};
 use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
@@ -127,12 +127,6 @@ impl<'a> PlateInputs<'a> {
         let (clip_level, lights) = (lights.clip_level, &lights.sources);
         let count = self.canvas.plate_pixel_count();
         let mut kept = vec![0.0; count];
-        if let Some(errors) = operator.normalisation_error() {
-            let errors = self.canvas.crop(&errors).into_iter();
-            kept = errors
-                .map(|error| ramp(error, KEPT_NORMALISATION_ERROR))
-                .collect();
-        }
         // In units of the highlight threshold; clipped samples count as one at least.
         let excess = |k: usize| {
             if lights.explained[k] {
@@ -147,7 +141,7 @@ impl<'a> PlateInputs<'a> {
             self.highlights.excess(k).max(least)
         };
         if (0..count).any(|k| excess(k) > 0.0) {
-            let blurred = operator.apply(&self.canvas.embed(0.0, excess), Accuracy::Draft)?;
+            let blurred = operator.apply(&self.canvas.embed(0.0, excess))?;
             for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
                 let kept_by_light = if excess(k) > 0.0 {
                     1.0

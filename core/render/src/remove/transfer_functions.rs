@@ -14,11 +14,11 @@ use seidel_optics::error::Result;
 use std::f64::consts::PI;
 
 /// Least side of a tile, px; it is doubled until tiles are as wide as kernels.
-const MIN_SIDE: usize = 48;
+const MIN_SIDE: usize = 96;
 /// Largest side of a tile, px, which bounds time and memory.
 const MAX_SIDE: usize = 768;
 /// Least side of a tile, in widths of the widest kernel.
-const SIDE_IN_KERNELS: f64 = 1.0;
+const SIDE_IN_KERNELS: f64 = 4.0;
 /// Means over frequencies look at every fifth. No side is a multiple of five, so these are evenly spread.
 const FREQUENCY_STEP: usize = 5;
 
@@ -43,6 +43,22 @@ fn tile_side(size: (usize, usize), widest: f64) -> usize {
         side *= 2;
     }
     side
+}
+
+/// The frequencies of a tile whose power is looked at.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Stopband {
+    /// Those with |h|² below this power.
+    Below(f32),
+    /// As few as count, those with the least |h|².
+    Quietest,
+}
+
+/// Returns the power that just over `count` transfer functions are below.
+fn nth_power(transfer: &[Complex<f32>], count: usize) -> f32 {
+    let mut powers: Vec<f32> = transfer.iter().map(|h| h.norm_sqr()).collect();
+    let rank = (count + 1).min(powers.len().saturating_sub(1));
+    *powers.select_nth_unstable_by(rank, f32::total_cmp).1
 }
 
 /// Median powers of a plane in the stopband of a tile. White noise of unit variance has a mean power of one.
@@ -179,7 +195,7 @@ impl TransferFunctions {
         self.tiles.overlap_add(&means)
     }
 
-    /// Returns the powers of `plane` in the stopband of each tile: the frequencies with |h|² below `stopband_power`.
+    /// Returns the powers of `plane` in the stopband of each tile, the frequencies of `band`.
     ///
     /// Tiles count that lie wholly on the plane, with `coverage` everywhere, and have at least `min_frequencies` in the
     /// stopband.
@@ -187,7 +203,7 @@ impl TransferFunctions {
         &self,
         plane: &[f32],
         coverage: Option<&[f32]>,
-        stopband_power: f32,
+        band: Stopband,
         min_frequencies: usize,
     ) -> Vec<StopbandPower> {
         let side = self.fft.side;
@@ -214,8 +230,12 @@ impl TransferFunctions {
                 }
                 self.fft.forward(&mut samples, buffers);
                 let spectrum = buffers.spectrum.iter().zip(&self.gradient_power);
+                let limit = match band {
+                    Stopband::Below(power) => power,
+                    Stopband::Quietest => nth_power(transfer, min_frequencies),
+                };
                 let mut powers: Vec<(f32, f32)> = (spectrum.zip(transfer))
-                    .filter(|(_, h)| h.norm_sqr() < stopband_power)
+                    .filter(|(_, h)| h.norm_sqr() < limit)
                     .map(|((value, gradient), _)| (*gradient, value.norm_sqr() / energy))
                     .collect();
                 (powers.len() >= min_frequencies).then(|| {
