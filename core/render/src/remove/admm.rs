@@ -164,7 +164,6 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
             if stalls && misfit > EXPLAINED_MISFIT && operator.is_flat() {
                 weight = (weight * UNDERFIT_SHRINKAGE).max(MIN_WEIGHT);
             }
-            if std::env::var("DBG").is_ok() { eprintln!("it {iteration} sched {scheduled:.2} misfit {misfit:.3} weight {weight:.4} dev {:.2e} least {:.2e}", problem.deviation, problem.least_noise); }
             let is_fitted = ratio >= 1.0 || weight >= MAX_WEIGHT;
             let is_explained = is_fitted && misfit <= EXPLAINED_MISFIT;
             if iteration >= problem.iterations
@@ -198,12 +197,12 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         }
     }
     estimate = problem.blur(estimate.image)?;
-    if problem.refinement == Refinement::Run && operator.is_flat() {
+    if problem.refinement == Refinement::Run {
         let residual = problem.weighted_residual(&estimate, 1.0);
-        let correction =
-            operator.texture_correction(&estimate.image, &residual, problem.deviation)?;
-        add_scaled(&mut estimate.image, &correction, 1.0);
-        estimate = problem.blur(estimate.image)?;
+        let front = problem.front(&estimate);
+        let mut corrected = operator.texture_correction(front, &residual, problem.deviation)?;
+        add_scaled(&mut corrected, front, 1.0);
+        estimate = problem.blur_with_front(&estimate, corrected)?;
         estimate = refine(problem, estimate, &|share| {
             progress(ITERATIONS_SHARE + (1.0 - ITERATIONS_SHARE) * share)
         })?;
@@ -239,27 +238,23 @@ struct Schedule {
 
 impl Schedule {
     fn of(problem: &Problem) -> Self {
-        let e = |n: &str, d: f64| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
         let flat = Self {
-            weight: e("WT", 0.3),
-            start: e("S1", 1.5),
-            decay: e("DECAY", 0.8),
-            residual_share: e("BETA", 0.8),
-            gradients: [0.5, e("GROW", 3.0)],
-            settled: e("SETTLE", 6.0) as usize,
+            weight: 0.3,
+            start: 1.5,
+            decay: 0.8,
+            residual_share: 0.8,
+            gradients: [0.5, 3.0],
+            settled: 6,
             limit: MAX_ITERATIONS_RATIO * problem.iterations,
             share: ITERATIONS_SHARE,
         };
         match problem.refinement {
             Refinement::Run if problem.operator.is_flat() => flat,
             Refinement::Run => Self {
-                weight: e("DWT", 0.3),
-                start: e("DS1", 3.0),
-                decay: e("DDECAY", 0.75),
-                residual_share: e("DBETA", 1.0),
-                gradients: [0.5, e("DGROW", 3.0)],
-                settled: e("DSETTLE", 6.0) as usize,
-                share: 1.0,
+                start: 3.0,
+                decay: 0.75,
+                residual_share: 1.0,
+                settled: 8,
                 ..flat
             },
             Refinement::Skip => Self {
@@ -279,10 +274,14 @@ impl Schedule {
 /// strength, the mean square gradient of the image, is estimated from the filtered image.
 fn wiener_estimate(problem: &Problem) -> Result<Vec<f32>> {
     let width = problem.width();
-    let noise = problem.deviation.max(START_NOISE * problem.plate_gradient());
+    let noise = problem
+        .deviation
+        .max(START_NOISE * problem.plate_gradient());
     let mean_square_gradient = |image: &[f32]| {
         let image = LinkedPlane::plain(image, width);
-        WinsorisedStatistics::new(sampled_norms(image)).root_mean_square.powi(2)
+        WinsorisedStatistics::new(sampled_norms(image))
+            .root_mean_square
+            .powi(2)
     };
     // A guess to begin with: blur has lowered the gradients of the plate, and noise has raised them.
     let mut strength = 2.0 * mean_square_gradient(problem.plate);
@@ -380,9 +379,25 @@ impl Problem<'_> {
         })
     }
 
+    /// Returns the plane of an image that the plate shows, without what is hidden.
+    pub(super) fn front<'a>(&self, estimate: &'a BlurPair) -> &'a [f32] {
+        &estimate.image[..self.plate.len()]
+    }
+
+    /// Returns `estimate` with another plane in front, and its blurred version.
+    pub(super) fn blur_with_front(
+        &self,
+        estimate: &BlurPair,
+        mut front: Vec<f32>,
+    ) -> Result<BlurPair> {
+        front.extend(&estimate.image[self.plate.len()..]);
+        self.blur(front)
+    }
+
     /// Returns the root mean square gradient of the plate without its noise.
     fn plate_gradient(&self) -> f64 {
-        let gradients = WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(self.plate, self.width())));
+        let gradients =
+            WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(self.plate, self.width())));
         let rms = gradients.root_mean_square;
         let noise_power = self.noise * self.noise * white_noise_power();
         // The noise is an estimate: the difference could be zero or negative.

@@ -15,8 +15,8 @@
 use super::deconvolver::{Lights, Variant, is_uniform};
 use super::gradient::{LinkedPlane, sampled_norms};
 use super::hole_filling::fill_holes;
-use super::ramp;
 use super::lens_operator::LensOperator;
+use super::ramp;
 use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
 use crate::{LocalKernel, LocalKernels, Plane, Scene, VergencePass, cancelled};
@@ -71,7 +71,8 @@ pub fn match_blur(
     }
     let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
     let filled = fill_holes(&rest, scene.width, &known);
-    let gradients = WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&filled, scene.width)));
+    let gradients =
+        WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&filled, scene.width)));
     let strength = 2.0 * gradients.root_mean_square.powi(2);
     let damping = (2.0 * noise * noise / strength.max(f64::MIN_POSITIVE)) as f32;
     let gain = |h: Complex<f32>, r: Complex<f32>, gradient_power: f32| {

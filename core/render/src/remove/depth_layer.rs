@@ -2,13 +2,15 @@
 
 use super::canvas::window_scene;
 use super::texture::{Estimate, texture_correction};
-use super::transfer_functions::{Stopband, StopbandPower, TransferFunctions};
+use super::transfer_functions::{Extent, Stopband, StopbandPower, TransferFunctions};
 use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 
-/// Least transmission for which the preconditioner amplifies light.
+/// Least mean transmission for which the preconditioner amplifies light.
 const MIN_TRANSMISSION: f32 = 0.1;
+/// Least transmission for which it amplifies the light of a pixel, as a share of the mean.
+const LEAST_PASSED: f32 = 0.5;
 
 /// A layer, on the window of the canvas that its light reaches.
 ///
@@ -25,8 +27,10 @@ pub(super) struct DepthLayer {
     hidden: Option<Vec<f32>>,
     /// Share of the layer's light at each pixel of the window that passes what lies in front; `None` if all of it does.
     transmission: Option<Vec<f32>>,
-    /// Root mean square transmission of the light of the covered and of the hidden pixels.
-    mean_transmission: [f32; 2],
+    /// Share of the light of each pixel of the window that passes what lies in front; empty if all of it does.
+    passed: Vec<f32>,
+    /// Root mean square of that over the covered and over the hidden pixels.
+    mean_passed: [f32; 2],
     /// Kernel size in px, signed and shifted so that it grows towards the camera.
     nearness: f32,
 }
@@ -83,9 +87,13 @@ impl DepthLayer {
         coverage: Option<&[f32]>,
     ) -> Result<Self> {
         let part = window_scene(scene, window);
+        let extent = match coverage {
+            Some(_) => Extent::Part,
+            None => Extent::Whole,
+        };
         let (operator, transfer) = rayon::join(
             || Operator::new(&part, &[weights.to_vec()], Quality::Final),
-            || TransferFunctions::new(&part, weights),
+            || TransferFunctions::new(&part, weights, extent),
         );
         Ok(Self {
             operator: operator?,
@@ -95,7 +103,8 @@ impl DepthLayer {
             coverage: coverage.map(|coverage| window.cut(scene.width, coverage)),
             hidden: None,
             transmission: None,
-            mean_transmission: [1.0; 2],
+            passed: Vec::new(),
+            mean_passed: [1.0; 2],
             nearness: 0.0,
         })
     }
@@ -119,22 +128,40 @@ impl DepthLayer {
         self.nearness
     }
 
+    /// Returns the largest of those `values` of the canvas that there are where the layer covers it.
+    pub(super) fn largest_covered(&self, values: &[Option<f32>]) -> Option<f32> {
+        let coverage = self.coverage.as_ref()?;
+        let rows = coverage.chunks_exact(self.window.width).enumerate();
+        let covered = rows.flat_map(|(row, shares)| {
+            let first = (self.window.row + row) * self.canvas_width + self.window.column;
+            let pixels = values[first..].iter().zip(shares);
+            pixels.filter_map(|(value, share)| value.filter(|_| *share > 0.0))
+        });
+        covered.max_by(f32::total_cmp)
+    }
+
     /// Sets the transmission of what lies in front, a plane of the canvas. Light is multiplied by `gains` after it.
     ///
     /// # Errors
     /// Planes that are not of the canvas's size.
     pub(super) fn set_transmission(&mut self, transmission: &[f32], gains: &[f32]) -> Result<()> {
         let transmission = self.cut(transmission);
-        let light = transmission.iter().zip(self.cut(gains)).map(|(t, gain)| t * gain);
+        let light = transmission
+            .iter()
+            .zip(self.cut(gains))
+            .map(|(t, gain)| t * gain);
         let passed = self.operator.adjoint(&[light.collect()])?.swap_remove(0);
         let mean = |shares: &Option<Vec<f32>>| {
             let Some(shares) = shares else { return 1.0 };
             let pixels = || shares.iter().zip(&passed);
             let square: f32 = pixels().map(|(share, t)| (share * t).powi(2)).sum();
             let all: f32 = pixels().map(|(share, _)| share * share).sum();
-            (square / all.max(f32::MIN_POSITIVE)).sqrt().clamp(MIN_TRANSMISSION, 1.0)
+            (square / all.max(f32::MIN_POSITIVE))
+                .sqrt()
+                .clamp(MIN_TRANSMISSION, 1.0)
         };
-        self.mean_transmission = [mean(&self.coverage), mean(&self.hidden)];
+        self.mean_passed = [mean(&self.coverage), mean(&self.hidden)];
+        self.passed = passed;
         self.transmission = Some(transmission);
         Ok(())
     }
@@ -208,16 +235,22 @@ impl DepthLayer {
         image: &[f32],
         gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> LayerImage {
-        let filter = |plane: &[f32], shares: &Option<Vec<f32>>, transmission: f32| {
+        let filter = |plane: &[f32], shares: &Option<Vec<f32>>, mean: f32| {
+            let amplify = |plane: &mut [f32]| {
+                weight(plane, shares, 0.5);
+                for (sample, passed) in plane.iter_mut().zip(&self.passed) {
+                    *sample /= passed.clamp(LEAST_PASSED * mean, 1.0);
+                }
+            };
             let mut light = self.cut(plane);
-            weight(&mut light, shares, 0.5);
-            let gain = |h: Complex<f32>, gradient_power| gain(h * transmission, gradient_power);
+            amplify(&mut light);
+            let gain = |h: Complex<f32>, power: f32| gain(h, power / (mean * mean));
             let mut out = (self.transfer).filter(&light, shares.as_deref(), gain);
-            weight(&mut out, shares, 0.5);
+            amplify(&mut out);
             out
         };
         let [front, hidden] = self.planes(image);
-        let [of_front, of_hidden] = self.mean_transmission;
+        let [of_front, of_hidden] = self.mean_passed;
         LayerImage {
             front: filter(front, &self.coverage, of_front),
             hidden: (self.hidden.is_some()).then(|| filter(hidden, &self.hidden, of_hidden)),
@@ -293,7 +326,11 @@ impl DepthLayer {
 fn weight(plane: &mut [f32], shares: &Option<Vec<f32>>, exponent: f32) {
     if let Some(shares) = shares {
         for (sample, share) in plane.iter_mut().zip(shares) {
-            *sample *= if exponent == 1.0 { *share } else { share.powf(exponent) };
+            *sample *= if exponent == 1.0 {
+                *share
+            } else {
+                share.powf(exponent)
+            };
         }
     }
 }

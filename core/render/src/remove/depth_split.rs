@@ -253,9 +253,7 @@ impl ForegroundLens {
     /// Blurs a plane of the plate, mirrored at its edges.
     fn blur(&self, samples: &[f32]) -> Result<Vec<f32>> {
         let extended = self.canvas.extend_by_mirroring(samples);
-        Ok(self
-            .canvas
-            .crop(&self.operator.apply(&extended)?))
+        Ok(self.canvas.crop(&self.operator.apply(&extended)?))
     }
 }
 

@@ -74,9 +74,15 @@ impl HiddenSurface {
             .any(|other| (self.front[other] - nearness).abs() > EDGE_STEP)
     }
 
-    /// Returns how much of the light of a surface of nearness `farther` one of nearness `nearer` hides where it covers it, 0 to 1.
-    pub(super) fn hiding(nearer: f32, farther: f32) -> f32 {
-        ((nearer - farther) / EDGE_STEP * 2.0 - 1.0).clamp(0.0, 1.0)
+    /// Returns the nearness half way between a pixel and the surface behind it, if there is one: what is farther is hidden by the pixel.
+    pub(super) fn hiding_limit(&self, pixel: usize) -> Option<f32> {
+        let source = self.source(pixel)?;
+        Some(0.5 * (self.front[pixel] + self.front[source]))
+    }
+
+    /// Returns how much of the light of a surface at `nearness` those with this hiding limit hide where they cover it, 0 to 1.
+    pub(super) fn hiding(limit: f32, nearness: f32) -> f32 {
+        ((limit - nearness) / EDGE_STEP + 0.5).clamp(0.0, 1.0)
     }
 
     /// Returns whether two pixels show one surface in front.

@@ -19,22 +19,6 @@ pub(super) fn fill_holes(plane: &[f32], width: usize, known: &[bool]) -> Vec<f32
         .collect()
 }
 
-/// Mixes each sample of `plane`, `width` samples wide, with a smooth continuation of the others. Its share in `known` says how much of
-/// it stays: 1 all of it, 0 nothing.
-pub(super) fn continue_known(plane: &[f32], width: usize, known: &[f32]) -> Vec<f32> {
-    let level = Level {
-        width,
-        height: plane.len() / width.max(1),
-        sums: plane.iter().zip(known).map(|(v, w)| v * w).collect(),
-        weights: known.to_vec(),
-    };
-    let smooth = level.means();
-    let samples = plane.iter().zip(known).zip(&smooth);
-    samples
-        .map(|((sample, known), smooth)| smooth + known * (sample - smooth))
-        .collect()
-}
-
 /// Interpolates `cells`, `columns` a row and `side` pixels wide, bilinearly between their centres to a plane of `size`.
 pub(super) fn interpolate_cells(
     cells: &[f32],
@@ -154,27 +138,6 @@ mod tests {
             let most = if known[k] { 0.0 } else { 0.06 };
             assert!((filled[k] - ramp[k]).abs() <= most, "{k}");
         }
-    }
-
-    #[test]
-    fn what_is_known_is_continued_and_partly_known_samples_are_mixed() {
-        let step: Vec<f32> = (0..40 * 30)
-            .map(|k| if k % 40 < 20 { 0.2 } else { 0.9 })
-            .collect();
-        let share = |k: usize| match k % 40 {
-            0..18 => 1.0,
-            18..20 => 0.5,
-            _ => 0.0,
-        };
-        let known: Vec<f32> = (0..40 * 30).map(share).collect();
-        let continued = continue_known(&step, 40, &known);
-        assert!(continued.iter().all(|v| (v - 0.2).abs() < 1e-6));
-        let half = continue_known(
-            &step,
-            40,
-            &known.iter().map(|w| 0.5 * w).collect::<Vec<_>>(),
-        );
-        assert!(half[..18].iter().all(|v| (v - 0.2).abs() < 1e-6));
     }
 
     #[test]

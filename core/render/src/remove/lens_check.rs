@@ -260,7 +260,8 @@ fn chosen_tiles(scene: &Scene, planes: &[(Deconvolver, Plane)]) -> Vec<RenderWin
     tiles.par_iter_mut().for_each(|(score, tile)| {
         let detail = planes.iter().map(|(_, plane)| {
             let samples = tile.cut(scene.width, plane.samples);
-            WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&samples, tile.width))).root_mean_square
+            WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&samples, tile.width)))
+                .root_mean_square
         });
         let centre = (tile.row + tile.height / 2) * scene.width + tile.column + tile.width / 2;
         let reach = kernel_reach(scene, *tile, scene.vergence_at(centre));

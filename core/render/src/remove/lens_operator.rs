@@ -324,8 +324,8 @@ impl LayerCut {
         };
         let front = coordinates.iter().map(nearness_at).collect();
         let largest = coordinates.iter().map(|at| layers.size(*at));
-        // A surface is seen as far behind an edge as its own blur and that of what hides it reach.
-        let reach = largest.fold(0.0, f32::max).ceil() as usize + 2;
+        // A surface is seen as far behind an edge as its own blur reaches, and hidden as far as the blur of what lies in front.
+        let reach = (2.0 * largest.fold(0.0, f32::max)).ceil() as usize + 2;
         Self {
             surface: HiddenSurface::new(front, scene.width, reach),
             layers,
@@ -359,24 +359,33 @@ impl LayerCut {
     /// Sets the transmissions of all `layers` of a canvas of `size`.
     fn depth(self, layers: &mut [DepthLayer], size: (usize, usize)) -> Result<Depth> {
         let count = size.0 * size.1;
-        let ones: Vec<f32> = vec![1.0; count];
+        let surface = &self.surface;
         let image_of = |front: f32, hidden: f32| {
             let mut image = vec![front; count];
             image.resize(2 * count, hidden);
             image
         };
+        let limits: Vec<Option<f32>> = (0..count).map(|k| surface.hiding_limit(k)).collect();
+        let hides = |limit: &Option<f32>| f32::from(u8::from(limit.is_some()));
+        let mut in_front: Vec<f32> = limits.iter().map(hides).collect();
+        in_front.resize(2 * count, 0.0);
+        let largest_limits: Vec<Option<f32>> = (layers.iter())
+            .map(|layer| layer.largest_covered(&limits))
+            .collect();
         let blur = |image: &[f32]| -> Result<Vec<Vec<f32>>> {
             layers.par_iter().map(|layer| layer.apply(image)).collect()
         };
         let covered = blur(&image_of(1.0, 0.0))?;
         let behind = blur(&image_of(0.0, 1.0))?;
+        let hiding = blur(&in_front)?;
         let transmissions: Vec<Vec<f32>> = (layers.par_iter())
             .map(|layer| {
-                let mut passed = ones.clone();
-                for (nearer, covered) in layers.iter().zip(&covered) {
-                    let hiding = HiddenSurface::hiding(nearer.nearness(), layer.nearness());
-                    if hiding > 0.0 {
-                        nearer.add_scaled_to(&mut passed, covered, -hiding);
+                let mut passed = vec![1.0; count];
+                for ((nearer, covered), limit) in layers.iter().zip(&hiding).zip(&largest_limits) {
+                    let share = |limit| HiddenSurface::hiding(limit, layer.nearness());
+                    match limit.map_or(0.0, share) {
+                        0.0 => {}
+                        share => nearer.add_scaled_to(&mut passed, covered, -share),
                     }
                 }
                 passed.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
@@ -389,7 +398,8 @@ impl LayerCut {
             let (covered, behind) = (&covered[index], &behind[index]);
             let light = (covered.iter().zip(behind).zip(&passed)).map(|((a, b), t)| t * (a + b));
             layer.add_to(&mut uniform, &light.collect::<Vec<_>>());
-            let mixed = (covered.iter().zip(behind).zip(&passed)).map(|((a, b), t)| t * b + (1.0 - t) * a);
+            let mixed =
+                (covered.iter().zip(behind).zip(&passed)).map(|((a, b), t)| t * b + (1.0 - t) * a);
             layer.add_to(&mut edge_light, &mixed.collect::<Vec<_>>());
         }
         let gains: Vec<f32> = (uniform.iter())
@@ -486,7 +496,6 @@ mod tests {
             assert!((dot(&blurred, &y) - dot(&x, &back)).abs() < 1e-5 * scale);
         }
     }
-
 
     #[test]
     fn uniform_light_is_preserved_at_a_depth_edge() {

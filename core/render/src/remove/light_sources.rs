@@ -224,7 +224,6 @@ impl LightSearch<'_> {
                 }
             }
         }
-        if std::env::var("DBG").is_ok() { for (r,l) in regions.iter().zip(&lights) { let (a,b)=self.range(r); eprintln!("region {} px at {},{} range {a} {b} fitted {} clip {:?} dev {}", r.len(), r[0]%width, r[0]/width, l.is_some(), self.clip_level, self.deviation); } }
         let keeps_blur = |region: &[usize]| {
             region.iter().any(|k| is_clipped(*k))
                 || self.stands_out(region) && region.iter().any(|k| bright(*k))

@@ -109,7 +109,8 @@ fn stopband_noise(
     operator: &LensOperator,
 ) -> Option<NoiseEstimate> {
     let mirrored = canvas.extend_by_mirroring(plane);
-    let mut powers = operator.stopband_powers(&mirrored, Stopband::Below(STOPBAND_POWER), MIN_FREQUENCIES);
+    let mut powers =
+        operator.stopband_powers(&mirrored, Stopband::Below(STOPBAND_POWER), MIN_FREQUENCIES);
     let deviation = |median_power: f64| (median_power / LN_2).sqrt();
     let blocked = deviation(median(powers.iter().map(|power| power.all))?);
     let growth = powers.iter().map(|power| (power.lowest / power.all).sqrt());

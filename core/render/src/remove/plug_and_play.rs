@@ -53,7 +53,7 @@ pub(super) fn refine(
     mut estimate: BlurPair,
     progress: &Progress,
 ) -> Result<BlurPair> {
-    let Some(groups) = PatchGroups::find(&estimate.image, problem.width()) else {
+    let Some(groups) = PatchGroups::find(problem.front(&estimate), problem.width()) else {
         return Ok(estimate);
     };
     let strengths = strengths(problem, &estimate);
@@ -63,11 +63,12 @@ pub(super) fn refine(
         }
         let noisy = fitted_image(problem, &estimate, &strengths, deviation)?;
         let noise = (deviation * problem.deviation) as f32;
-        let image = collaborative_filter(&noisy, &estimate.image, &groups, noise);
-        estimate = problem.blur(image)?;
+        let front = problem.front(&estimate);
+        let image = collaborative_filter(&noisy, front, &groups, noise);
+        estimate = problem.blur_with_front(&estimate, image)?;
     }
     let image = fitted_image(problem, &estimate, &strengths, LAST_DEVIATION)?;
-    problem.blur(image)
+    problem.blur_with_front(&estimate, image)
 }
 
 /// Returns x for v = `estimate` and q = `deviation`.
@@ -81,7 +82,10 @@ fn fitted_image(
     let damping = deviation.powi(-2) as f32;
     let wiener = |h: Complex<f32>, _| h.conj() / (h.norm_sqr() + damping);
     let mut image = problem.operator.filter(&residual, wiener)?;
-    let samples = image.par_iter_mut().zip(&estimate.image).zip(strengths);
+    let samples = image
+        .par_iter_mut()
+        .zip(problem.front(estimate))
+        .zip(strengths);
     samples.for_each(|((sample, v), strength)| *sample = v + strength * *sample);
     Ok(image)
 }
@@ -100,7 +104,7 @@ fn strengths(problem: &Problem, estimate: &BlurPair) -> Vec<f32> {
     };
     let residuals = root_mean_squares(problem.weighted_residual(estimate, 1.0));
     let gradients = root_mean_squares(norms(LinkedPlane::plain(
-        &estimate.image,
+        problem.front(estimate),
         problem.width(),
     )));
     let pixels = residuals.par_iter().zip(&gradients);

@@ -17,8 +17,11 @@ use std::f64::consts::PI;
 const MIN_SIDE: usize = 96;
 /// Largest side of a tile, px, which bounds time and memory.
 const MAX_SIDE: usize = 768;
-/// Least side of a tile, in widths of the widest kernel.
+/// Least side of the tiles of a whole canvas, in widths of the widest kernel: the wider, the better the filters of a lens whose blur
+/// changes slowly.
 const SIDE_IN_KERNELS: f64 = 4.0;
+/// The same for a part of the canvas, a depth layer: most of a wide tile would lie beyond it.
+const PART_SIDE_IN_KERNELS: f64 = 1.5;
 /// Means over frequencies look at every fifth. No side is a multiple of five, so these are evenly spread.
 const FREQUENCY_STEP: usize = 5;
 
@@ -32,14 +35,25 @@ pub(super) struct TransferFunctions {
     fft: TileFft,
 }
 
+/// The extent of the plane on which transfer functions are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    Whole,
+    Part,
+}
+
 /// Returns the side of the tiles of a plane of `size` px for a kernel of the width `widest`, px.
 ///
 /// No two pixels of the plane are further apart than its longer side, so a tile of twice that side holds all that a
 /// kernel can do.
-fn tile_side(size: (usize, usize), widest: f64) -> usize {
+fn tile_side(size: (usize, usize), widest: f64, extent: Extent) -> usize {
+    let kernels = match extent {
+        Extent::Whole => SIDE_IN_KERNELS,
+        Extent::Part => PART_SIDE_IN_KERNELS,
+    };
     let enough = MAX_SIDE.min(2 * size.0.max(size.1));
     let mut side = MIN_SIDE;
-    while side < enough && (side as f64) < SIDE_IN_KERNELS * widest {
+    while side < enough && (side as f64) < kernels * widest {
         side *= 2;
     }
     side
@@ -77,12 +91,12 @@ impl TransferFunctions {
     ///
     /// # Errors
     /// A lens that cannot be drawn, and a vergence that varies.
-    pub(super) fn new(scene: &Scene, weights: &[f64]) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, weights: &[f64], extent: Extent) -> Result<Self> {
         let kernels = LocalKernels::new(scene, weights)?;
         let reach = kernel_reach(scene, RenderWindow::whole(scene), kernels.vergence_per_m());
         let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
         let size = (scene.width, scene.height);
-        let side = tile_side(size, widest);
+        let side = tile_side(size, widest, extent);
         let fft = TileFft::new(side);
         let tiles = OverlappingTiles::new(size, side);
         let spectra = (tiles.tiles)
@@ -264,12 +278,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_are_as_wide_as_the_kernel_but_no_wider_than_a_small_plane_needs() {
-        assert_eq!(tile_side((1920, 1080), 10.0), 48);
-        assert_eq!(tile_side((1920, 1080), 100.0), 192);
-        assert_eq!(tile_side((1920, 1080), 5000.0), 768);
-        assert_eq!(tile_side((48, 40), 5000.0), 96);
-        assert_eq!(tile_side((40, 50), 5000.0), 192);
-        assert_eq!(tile_side((1, 1), 5000.0), 48);
+    fn tiles_are_wider_than_the_kernel_but_no_wider_than_a_small_plane_needs() {
+        let whole = |size, widest| tile_side(size, widest, Extent::Whole);
+        assert_eq!(whole((1920, 1080), 10.0), 96);
+        assert_eq!(whole((1920, 1080), 40.0), 192);
+        assert_eq!(whole((1920, 1080), 5000.0), 768);
+        assert_eq!(whole((48, 40), 5000.0), 96);
+        assert_eq!(whole((40, 50), 5000.0), 192);
+        assert_eq!(whole((1, 1), 5000.0), 96);
+        assert_eq!(tile_side((1920, 1080), 40.0, Extent::Part), 96);
     }
 }
