@@ -67,7 +67,7 @@ impl PreparedPlate {
     /// Those of [`PreparedPlate::remove`] and [`PreparedPlate::apply`].
     pub fn relens(&self, other: &Self, progress: &Progress) -> Result<Image> {
         let removed = self.remove(NoiseGain::Skip, &|share| progress(REMOVAL_SHARE * share))?;
-        let planes = removed.apply_other(other, &|share| {
+        let planes = removed.apply_other(self, other, &|share| {
             progress(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
         })?;
         self.to_image(planes)

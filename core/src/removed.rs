@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 use seidel_render::remove::{
-    Canvas, Deconvolver, DepthSplit, Lights, Saturation, SharpPlane, estimate_blur_share,
+    Canvas, Deconvolver, DepthSplit, Lights, Saturation, SharpPlane, change_map,
+    estimate_blur_share,
 };
 use seidel_render::{Gather, Occlusion, VergencePass};
 
@@ -274,24 +275,57 @@ impl RemovedPlate {
         plate.to_image(cropped)
     }
 
-    /// Returns the premultiplied planes of the plate as the lens of `other`, the same plate prepared for another lens,
-    /// renders the solution; with the grain of the plate, and as the other lens's sensor records it.
+    /// Returns the premultiplied planes of `plate`, from which blur was removed, as the lens of `other` renders the solution. `other`
+    /// is the same plate prepared for another lens, whose sensor records the result.
+    ///
+    /// With R and S the solution rendered through the two lenses, and m the change from R to S
+    /// ([`change_map`]), a plane b of the plate becomes S + (1 - m) (b - R) + m g, where g is its grain. So what both lenses share stays
+    /// as it is, to the bit where they are one lens.
     ///
     /// # Errors
     /// Those of [`PreparedPlate::apply`].
-    pub fn apply_other(&self, other: &PreparedPlate, progress: &Progress) -> Result<Vec<Vec<f32>>> {
+    pub fn apply_other(
+        &self,
+        plate: &PreparedPlate,
+        other: &PreparedPlate,
+        progress: &Progress,
+    ) -> Result<Vec<Vec<f32>>> {
+        let before = self.render(plate, &|share| progress(0.5 * share))?;
+        let mut planes = self.render(other, &|share| progress(0.5 + 0.5 * share))?;
+        let [now, was] = [&planes, &before].map(|planes| {
+            let slices = planes.iter().map(Vec::as_slice);
+            slices.collect::<Vec<_>>()
+        });
+        let changes = change_map(&now, &was, &self.noise())?;
+        let light = plate.undeveloped();
+        let samples = planes.iter_mut().zip(light.planes()).zip(&before);
+        for (((out, plate), before), removed) in samples.zip(&self.planes) {
+            let grain = removed.canvas.crop(&removed.grain());
+            let pixels = out.par_iter_mut().zip(plate).zip(before);
+            let pixels = pixels.zip(&changes).zip(&grain);
+            pixels.for_each(|((((out, plate), before), change), grain)| {
+                *out += (1.0 - change) * (plate - before) + change * grain;
+            });
+        }
+        self.clamp_alpha(&mut planes);
+        other.develop(&mut planes);
+        Ok(planes)
+    }
+
+    /// Returns the solution as the lens of `plate` renders it, cropped to the plate.
+    fn render(&self, plate: &PreparedPlate, progress: &Progress) -> Result<Vec<Vec<f32>>> {
         let canvas = self.canvas()?;
-        let light = other.premultiplied().with_planes(self.solution());
+        let light = plate.premultiplied().with_planes(self.solution());
         let reduced = light.reduced();
         let light = reduced.as_ref().map_or(&light, |r| &r.planes);
-        let mut blurred = other.with_optics(|optics| {
+        let mut blurred = plate.with_optics(|optics| {
             let pass = match optics.scene.vergence {
                 VergencePass::PerPixel(pass) => Some(canvas.extend_by_replication(pass)),
                 VergencePass::Constant(_) => None,
             };
             let rendering = Rendering {
                 scene: &canvas.scene(&optics.scene, pass.as_deref()),
-                planes: &light.weighted(other.weights()),
+                planes: &light.weighted(plate.weights()),
                 occlusion: Some(Occlusion::default()),
                 edges: Edges::Mirror,
                 renderer: &Gather::default(),
@@ -305,8 +339,6 @@ impl RemovedPlate {
         }
         let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.crop(plane)).collect();
         self.clamp_alpha(&mut planes);
-        self.add_grain(&mut planes, |removed| canvas.crop(&removed.grain()));
-        other.develop(&mut planes);
         Ok(planes)
     }
 

@@ -25,7 +25,8 @@ impl Job<'_> {
         let lens = self.to.frame_lens(number, &mut Vec::new())?;
         let other = loaded.prepared.for_session(&lens.session);
         let progress = |share| self.removal.show_render_progress(index, share);
-        let planes = other.and_then(|other| removed.apply_other(&other, &progress));
+        let planes =
+            other.and_then(|other| removed.apply_other(&loaded.prepared, &other, &progress));
         planes.map_err(|e| loaded.in_file(e))
     }
 }

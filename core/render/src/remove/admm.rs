@@ -29,6 +29,7 @@
 use super::canvas::Canvas;
 use super::gradient::{Gradient, LinkedPlane, sampled_norms, white_noise_power};
 use super::lens_operator::LensOperator;
+use super::local_mean::average_locally;
 use super::plug_and_play::refine;
 use super::quadratic::Quadratic;
 use super::ramp;
@@ -73,6 +74,11 @@ const OUTLIERS_FROM: usize = 8;
 const OUTLIER: f32 = 3.0;
 /// Standard deviation of a normal deviate over the median of its absolute value.
 const MEDIAN_TO_DEVIATION: f32 = 1.4826;
+/// Root mean square residual that noise explains, in standard deviations.
+const UNEXPLAINED: f64 = 2.0;
+/// Powers of the residual beyond that, in those of the plate as its own sharp image, at which the image begins to turn into the plate
+/// and is the plate alone.
+const POORER: [f32; 2] = [0.5, 1.0];
 /// Iterations after which the blurred estimate is computed anew.
 const REFRESH: usize = 5;
 /// Share of the progress that the iterations take where a refinement follows them.
@@ -339,6 +345,30 @@ impl Problem<'_> {
         let scale = (MEDIAN_TO_DEVIATION * *median).max(self.deviation as f32) * OUTLIER;
         let weight = |k: usize| certain[k] / (1.0 + (residual(k) / scale).powi(2));
         (0..certain.len()).into_par_iter().map(weight).collect()
+    }
+
+    /// Returns the share of its blur that each pixel of the canvas keeps because `estimate` does not explain the plate around it better
+    /// than the plate itself would as a sharp image.
+    pub(super) fn unexplained_shares(&self, estimate: &BlurPair) -> Result<Vec<f32>> {
+        let plate = self.blur(self.operator.image(self.plate.to_vec()))?;
+        let local_power = |pair: &BlurPair| {
+            let mut power = self.weighted_residual(pair, 1.0);
+            power.par_iter_mut().for_each(|v| *v *= *v);
+            average_locally(&mut power, self.width());
+            power
+        };
+        let noise = (UNEXPLAINED * self.deviation).powi(2) as f32;
+        let (own, of_plate) = (local_power(estimate), local_power(&plate));
+        let share = |(own, of_plate): (&f32, &f32)| {
+            ramp(
+                own - noise,
+                [
+                    POORER[0] * of_plate,
+                    POORER[1] * of_plate + f32::MIN_POSITIVE,
+                ],
+            )
+        };
+        Ok(own.par_iter().zip(&of_plate).map(share).collect())
     }
 
     /// Returns the residual b - A x on the plate, 0 where samples have no weight.

@@ -254,7 +254,7 @@ impl Deconvolver {
         }
         let canvas = plate.canvas;
         let operator = &LensOperator::new(plate.scene, &canvas, plane.weights)?;
-        let kept = &plate.kept_shares(plane.samples, lights, operator)?;
+        let mut kept = plate.kept_shares(plane.samples, lights, operator)?;
         let PlaneLights {
             noise,
             deviation,
@@ -295,6 +295,7 @@ impl Deconvolver {
         let solution = solve(&mut problem, progress)?;
         let residual = problem.residual(&solution.estimate);
         let misfit = problem.misfit(&solution.estimate);
+        let unexplained = canvas.crop(&problem.unexplained_shares(&solution.estimate)?);
         let mut sharp = solution.estimate.image;
         // Without what is hidden.
         sharp.truncate(extended.len());
@@ -304,6 +305,11 @@ impl Deconvolver {
         sharp
             .par_iter_mut()
             .for_each(|sample| *sample = sample.max(darkest));
+        if plate.variant.refinement == Refinement::Run {
+            for (kept, unexplained) in kept.iter_mut().zip(&unexplained) {
+                *kept = kept.max(*unexplained);
+            }
+        }
         let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));
         for (sample, kept_pixel) in sharp.iter_mut().zip(kept_pixels) {
             if let Some(k) = kept_pixel {

@@ -29,6 +29,8 @@ const FULL: usize = 5;
 const SIDE: usize = 192;
 /// Number of tiles that are looked at.
 const TILES: usize = 3;
+/// The same where depth varies: there each takes many kernels, as many as the rest of a removal.
+const TILES_IN_DEPTH: usize = 1;
 /// Least side of a plate that is checked, px: smaller ones have too little detail.
 const MIN_PLATE_SIDE: usize = SIDE / 2;
 /// Weight of the second term. The first alone prefers to remove a little too much blur (found on photographs).
@@ -74,11 +76,23 @@ pub fn estimate_blur_share(
         .filter(|(_, plane)| !is_uniform(plane.samples))
         .copied()
         .collect();
-    let tiles = if scene.width.min(scene.height) < MIN_PLATE_SIDE {
+    let mut tiles = if scene.width.min(scene.height) < MIN_PLATE_SIDE {
         Vec::new()
     } else {
         chosen_tiles(scene, &planes)
     };
+    if let VergencePass::PerPixel(_) = scene.vergence {
+        tiles.truncate(TILES_IN_DEPTH);
+    }
+    // All planes show one scene through one lens: that with the most detail says most.
+    let detail = |plane: &Plane| {
+        let image = LinkedPlane::plain(plane.samples, scene.width);
+        WinsorisedStatistics::new(sampled_norms(image)).root_mean_square
+    };
+    let best = planes
+        .iter()
+        .max_by(|a, b| detail(&a.1).total_cmp(&detail(&b.1)));
+    let planes: Vec<_> = best.into_iter().copied().collect();
     let (mut sums, mut count) = ([0.0; SHARES.len()], 0.0);
     let total = (tiles.len() * planes.len()) as f64;
     let pairs = tiles

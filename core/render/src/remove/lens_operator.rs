@@ -510,7 +510,7 @@ mod tests {
         let canvas = Canvas::new(&scene);
         let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
         let uniform = vec![0.7; canvas.size().0 * canvas.size().1];
-        let blurred = operator.apply(&uniform, Accuracy::Final);
+        let blurred = operator.apply(&uniform);
         let blurred = canvas.crop(&blurred.expect("a plane of the canvas"));
         assert!(blurred.iter().all(|v| (v - 0.7).abs() < 1e-4));
     }
