@@ -33,6 +33,7 @@ use super::local_mean::average_locally;
 use super::plug_and_play::refine;
 use super::quadratic::Quadratic;
 use super::ramp;
+use super::schedule::{ITERATIONS_SHARE, Schedule};
 use super::vectors::{add_scaled, dot};
 use super::winsorised::WinsorisedStatistics;
 use crate::cancelled;
@@ -51,9 +52,6 @@ const MAX_WEIGHT: f64 = 8.0;
 const THRESHOLD: f64 = 1.5;
 /// Shares of a pixel's light from unknown samples, at which the start begins to turn into the plate and is the plate alone.
 const UNKNOWN_LIGHT: [f32; 2] = [0.005, 0.02];
-/// Least noise for which the start is filtered, in mean gradients of the plate: less would amplify what the windows of the
-/// tiles cut off.
-const START_NOISE: f64 = 0.5;
 /// Times that the strength of the Wiener filter's prior is estimated.
 const STRENGTH_PASSES: usize = 2;
 /// Least mean square gradient that the Wiener filter assumes, in variances of the noise. Below, it would damp the spectrum
@@ -66,8 +64,8 @@ const STALLED_SHARE: f64 = 0.9;
 /// Change of l in an iteration that does not approach a plate that is not explained yet, and the least l times the mean gradient.
 const UNDERFIT_SHRINKAGE: f64 = 0.7;
 const MIN_WEIGHT: f64 = 0.1;
-/// Largest number of iterations, in least numbers: a plate without noise takes the longest to explain.
-const MAX_ITERATIONS_RATIO: usize = 4;
+/// Least noise of a plate whose image is refined in the end, in mean gradients of the plate.
+const REFINED_NOISE: f64 = 0.01;
 /// Iteration from which samples that nothing explains lose weight, where depth varies.
 const OUTLIERS_FROM: usize = 8;
 /// Residual at which the weight of a sample is halved, in standard deviations.
@@ -81,8 +79,6 @@ const UNEXPLAINED: f64 = 2.0;
 const POORER: [f32; 2] = [0.5, 1.0];
 /// Iterations after which the blurred estimate is computed anew.
 const REFRESH: usize = 5;
-/// Share of the progress that the iterations take where a refinement follows them.
-const ITERATIONS_SHARE: f64 = 0.6;
 
 /// The deconvolution of one plane.
 pub(super) struct Problem<'a> {
@@ -134,7 +130,7 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let data_weight = problem.deviation.powi(-2);
     let schedule = Schedule::of(problem);
     let start = if operator.is_flat() {
-        wiener_estimate(problem)?
+        wiener_estimate(problem, schedule.start_noise)?
     } else {
         operator.image(problem.plate.to_vec())
     };
@@ -143,9 +139,12 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let mut multiplier = Gradient::zeros(stacked.len(), problem.width());
     let mut previous: Option<BlurPair> = None;
     let plate_gradient = problem.plate_gradient();
+    let [least_gradient, mut most_gradient] =
+        schedule.gradients.map(|bound| bound * plate_gradient);
     let mut weight = schedule.weight;
     let mut scheduled = schedule.start * plate_gradient / problem.deviation;
     let mut previous_misfit = f64::INFINITY;
+    let mut largest_misfit = 0.0_f64;
     let mut settled = 0;
     let mut quadratic = Quadratic {
         data_weight,
@@ -183,12 +182,18 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         let stacked = operator.stack(&estimate.image);
         let front = &stacked[..problem.plate.len()];
         let gradients = WinsorisedStatistics::new(sampled_norms(operator.linked(front)));
-        let bounds = schedule.gradients.map(|bound| bound * plate_gradient);
-        let mean_gradient = gradients.mean.clamp(bounds[0], bounds[1]);
+        let mean_gradient = gradients.mean.clamp(least_gradient, most_gradient);
+        if problem.refinement == Refinement::Skip {
+            // Ringing has gradients of its own.
+            most_gradient = mean_gradient;
+        }
         quadratic.penalty = weight / (THRESHOLD * mean_gradient * mean_gradient);
         let threshold = (THRESHOLD * mean_gradient) as f32;
         let pull = multiplier.update_multiplier(operator.linked(&stacked), threshold);
-        let residual = scheduled.max(schedule.residual_share * misfit).max(1.0);
+        largest_misfit = largest_misfit.max(misfit);
+        let residual = (scheduled.max(schedule.residual_share * misfit))
+            .max(schedule.largest_share * largest_misfit)
+            .max(1.0);
         scheduled *= schedule.decay;
         quadratic.data_weight = data_weight / residual.powi(2);
         let descent = quadratic.descent(problem, &estimate, &pull)?;
@@ -203,7 +208,9 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         }
     }
     estimate = problem.blur(estimate.image)?;
-    if problem.refinement == Refinement::Run {
+    // Without noise there is none to remove, and the prior has determined next to nothing.
+    let is_noisy = problem.deviation > REFINED_NOISE * plate_gradient;
+    if problem.refinement == Refinement::Run && is_noisy {
         let residual = problem.weighted_residual(&estimate, 1.0);
         let front = problem.front(&estimate);
         let mut corrected = operator.texture_correction(front, &residual, problem.deviation)?;
@@ -219,70 +226,13 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     })
 }
 
-/// How the residual that counts as noise falls from one iteration to the next, and what follows from it.
-///
-/// While more than the noise counts as noise, the prior shapes the image: large structures come first, and ringing has no chance
-/// to be fitted. Chosen on `character` and on the scenes of docs/background/remove.md.
-struct Schedule {
-    /// l times the mean gradient at the start.
-    weight: f64,
-    /// The residual that counts as noise at the start, in mean gradients of the plate.
-    start: f64,
-    /// Its decay in an iteration.
-    decay: f64,
-    /// Share of the present residual that counts as noise at least.
-    residual_share: f64,
-    /// Bounds of the mean gradient of the image, in that of the plate.
-    gradients: [f64; 2],
-    /// Least number of iterations at the noise itself.
-    settled: usize,
-    /// Largest number of iterations.
-    limit: usize,
-    /// Share of the progress.
-    share: f64,
-}
-
-impl Schedule {
-    fn of(problem: &Problem) -> Self {
-        let flat = Self {
-            weight: 0.3,
-            start: 1.5,
-            decay: 0.8,
-            residual_share: 0.8,
-            gradients: [0.5, 3.0],
-            settled: 6,
-            limit: MAX_ITERATIONS_RATIO * problem.iterations,
-            share: ITERATIONS_SHARE,
-        };
-        match problem.refinement {
-            Refinement::Run if problem.operator.is_flat() => flat,
-            Refinement::Run => Self {
-                start: 3.0,
-                decay: 0.75,
-                residual_share: 1.0,
-                settled: 8,
-                ..flat
-            },
-            Refinement::Skip => Self {
-                weight: 0.15,
-                start: 0.0,
-                residual_share: 1.0,
-                settled: 0,
-                limit: problem.iterations,
-                share: 1.0,
-                ..flat
-            },
-        }
-    }
-}
-
 /// Returns the plate after a Wiener filter on local spectra, whose prior power spectrum is proportional to 1 / |D|². Its
 /// strength, the mean square gradient of the image, is estimated from the filtered image.
-fn wiener_estimate(problem: &Problem) -> Result<Vec<f32>> {
+fn wiener_estimate(problem: &Problem, least_noise: f64) -> Result<Vec<f32>> {
     let width = problem.width();
     let noise = problem
         .deviation
-        .max(START_NOISE * problem.plate_gradient());
+        .max(least_noise * problem.plate_gradient());
     let mean_square_gradient = |image: &[f32]| {
         let image = LinkedPlane::plain(image, width);
         WinsorisedStatistics::new(sampled_norms(image))

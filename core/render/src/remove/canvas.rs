@@ -5,9 +5,6 @@
 use crate::{RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 
-/// Margin as a share of the reach of kernels: light from farther away contributes next to nothing.
-const REACH_SHARE: f64 = 1.0;
-
 /// A plate within a larger image, px.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Canvas {
@@ -22,11 +19,16 @@ pub struct Canvas {
 impl Canvas {
     /// Returns the canvas of the plate of `scene`: as wide a margin as its lens brings light from, at most half the plate.
     pub(super) fn new(scene: &Scene) -> Self {
+        Self::of_share(scene, 1.0)
+    }
+
+    /// Returns a canvas whose margin is a share of that.
+    pub(super) fn of_share(scene: &Scene, share: f64) -> Self {
         let (x, y) = scene.reach_px();
         let most = scene.width.max(scene.height) / 2;
         Self {
-            margin_x: ((REACH_SHARE * x).ceil() as usize).min(most),
-            margin_y: ((REACH_SHARE * y).ceil() as usize).min(most),
+            margin_x: ((share * x).ceil() as usize).min(most),
+            margin_y: ((share * y).ceil() as usize).min(most),
             plate: (scene.width, scene.height),
         }
     }

@@ -19,7 +19,7 @@ use super::lens_operator::LensOperator;
 use super::ramp;
 use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
-use crate::{LocalKernel, LocalKernels, Plane, Scene, VergencePass, cancelled};
+use crate::{LocalKernels, Plane, Scene, VergencePass, cancelled};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
 use seidel_optics::Progress;
@@ -140,27 +140,11 @@ pub fn reference_colour(scene: &Scene, weights: &[Vec<f64>]) -> Result<usize> {
         let mut size = 0.0;
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (1.0, 1.0)] {
             let at = (x * scene.width as f64, y * scene.height as f64);
-            size += variance(&kernels.at(at)?);
+            size += kernels.at(at)?.variance_px2();
         }
         sizes.push((size, index));
     }
     sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let middle = sizes.get(sizes.len() / 2).map(|(_, index)| *index);
     middle.ok_or_else(|| Error::new("plate", "has no colours", "give a plate with R, G and B"))
-}
-
-/// Returns the variance of a kernel along both axes together, px².
-fn variance(kernel: &LocalKernel) -> f64 {
-    let (mut sum, mut first, mut second) = (0.0, [0.0; 2], 0.0);
-    for (k, weight) in kernel.weights.iter().enumerate() {
-        let weight = f64::from(*weight);
-        let at = [k % kernel.width.max(1), k / kernel.width.max(1)].map(|v| v as f64);
-        sum += weight;
-        first = [first[0] + weight * at[0], first[1] + weight * at[1]];
-        second += weight * (at[0] * at[0] + at[1] * at[1]);
-    }
-    if sum == 0.0 {
-        return 0.0;
-    }
-    second / sum - (first[0] * first[0] + first[1] * first[1]) / (sum * sum)
 }

@@ -4,7 +4,6 @@ use super::admm::{Problem, Refinement, solve};
 use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
 use super::light_sources::FoundLights;
-use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
 use super::separation::{PlaneLights, PlateInputs};
 use super::{Canvas, Highlights, Saturation};
@@ -257,6 +256,7 @@ impl Deconvolver {
         let mut kept = plate.kept_shares(plane.samples, lights, operator)?;
         let PlaneLights {
             noise,
+            least_noise,
             deviation,
             clip_level,
             sources: ref lights,
@@ -287,7 +287,7 @@ impl Deconvolver {
             operator,
             weights,
             noise,
-            least_noise: estimate_noise(plane.samples, &canvas, operator).least(noise),
+            least_noise,
             deviation: noise_model.deviation(),
             iterations: self.iterations,
             refinement: plate.variant.refinement,

@@ -2,7 +2,7 @@
 
 use super::canvas::window_scene;
 use super::texture::{Estimate, texture_correction};
-use super::transfer_functions::{Extent, Stopband, StopbandPower, TransferFunctions};
+use super::transfer_functions::{Purpose, TransferFunctions};
 use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;
@@ -87,13 +87,13 @@ impl DepthLayer {
         coverage: Option<&[f32]>,
     ) -> Result<Self> {
         let part = window_scene(scene, window);
-        let extent = match coverage {
-            Some(_) => Extent::Part,
-            None => Extent::Whole,
+        let purpose = match coverage {
+            Some(_) => Purpose::LayerFilter,
+            None => Purpose::Filter,
         };
         let (operator, transfer) = rayon::join(
             || Operator::new(&part, &[weights.to_vec()], Quality::Final),
-            || TransferFunctions::new(&part, weights, extent),
+            || TransferFunctions::new(&part, weights, purpose),
         );
         Ok(Self {
             operator: operator?,
@@ -282,21 +282,6 @@ impl DepthLayer {
         let mut out = self.transfer.mean_over_frequencies(value);
         weight(&mut out, &self.coverage, 1.0);
         out
-    }
-
-    /// Returns the powers in the stopband of each usable tile ([`TransferFunctions::stopband_powers`]).
-    pub(super) fn stopband_powers(
-        &self,
-        plane: &[f32],
-        band: Stopband,
-        min_frequencies: usize,
-    ) -> Vec<StopbandPower> {
-        self.transfer.stopband_powers(
-            &self.cut(plane),
-            self.coverage.as_deref(),
-            band,
-            min_frequencies,
-        )
     }
 
     /// Adds a plane of the window to `canvas`.

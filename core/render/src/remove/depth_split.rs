@@ -134,11 +134,7 @@ impl<'a> DepthSplit<'a> {
         let (samples, weights) = (plane.samples, plane.weights);
         let noise = match deconvolver.noise {
             Some(noise) => noise,
-            None => {
-                let canvas = Canvas::new(scene);
-                let operator = LensOperator::new(scene, &canvas, weights)?;
-                estimate_noise(samples, &canvas, &operator).deviation
-            }
+            None => estimate_noise(scene, plane)?.deviation,
         };
         let in_front = self.foreground_scene();
         let canvas = Canvas::new(&in_front);

@@ -17,7 +17,6 @@ use super::depth_layer::{DepthLayer, LayerImage};
 use super::gradient::{LinkedPlane, Links, norms};
 use super::hidden_surface::HiddenSurface;
 use super::texture::Estimate;
-use super::transfer_functions::{Stopband, StopbandPower};
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass, snapped};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
@@ -227,20 +226,6 @@ impl LensOperator {
         self.sum_of_layers(|layer| Ok(layer.mean_over_frequencies(&value)))
     }
 
-    /// Returns the powers of `plane`, a plane of the canvas, in the stopband of each usable tile
-    /// ([`TransferFunctions::stopband_powers`](super::transfer_functions::TransferFunctions::stopband_powers)).
-    pub(super) fn stopband_powers(
-        &self,
-        plane: &[f32],
-        band: Stopband,
-        min_frequencies: usize,
-    ) -> Vec<StopbandPower> {
-        let layers = self.layers.iter();
-        layers
-            .flat_map(|layer| layer.stopband_powers(plane, band, min_frequencies))
-            .collect()
-    }
-
     /// Adds up `plane_of` each layer, in order, so that the sum does not depend on the number of threads.
     fn sum_of_layers(
         &self,
@@ -291,7 +276,7 @@ impl LensOperator {
 }
 
 /// A canvas cut into layers by the vergence of each of its pixels.
-struct LayerCut {
+pub(super) struct LayerCut {
     layers: DepthLayers,
     /// Layer coordinates of the surfaces in front.
     coordinates: Vec<f32>,
@@ -301,7 +286,7 @@ struct LayerCut {
 }
 
 impl LayerCut {
-    fn new(scene: &Scene, pass: &[f32]) -> Self {
+    pub(super) fn new(scene: &Scene, pass: &[f32]) -> Self {
         let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
         let (lowest, highest) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
         let (lowest, highest) = (f64::from(lowest), f64::from(highest));
@@ -334,11 +319,23 @@ impl LayerCut {
         }
     }
 
+    /// Returns the vergence and the coverage of each layer that pixels show.
+    pub(super) fn coverages(&self) -> impl Iterator<Item = (f64, Vec<f32>)> + '_ {
+        let layers = (0..self.layers.len()).map(|k| (self.layers.vergence(k), self.coverage(k)));
+        layers.filter(|(_, coverage)| coverage.iter().any(|share| *share > 0.0))
+    }
+
+    /// Returns the share of each pixel of the canvas that is in a layer.
+    fn coverage(&self, index: usize) -> Vec<f32> {
+        let hat = |at: &f32| (1.0 - (at - self.layers.coordinate_of(index)).abs()).max(0.0);
+        self.coordinates.iter().map(hat).collect()
+    }
+
     /// Returns the layers with a pixel in them, without transmissions.
     fn layers(&self, scene: &Scene, weights: &[f64]) -> Result<Vec<DepthLayer>> {
         let layer = |index: usize| {
             let hat = |at: f32| (1.0 - (at - self.layers.coordinate_of(index)).abs()).max(0.0);
-            let coverage: Vec<f32> = self.coordinates.iter().map(|at| hat(*at)).collect();
+            let coverage = self.coverage(index);
             let behind = |k: usize| {
                 let source = self.surface.source(k);
                 source.map_or(0.0, |source| hat(self.coordinates[source]))
@@ -420,7 +417,7 @@ impl LayerCut {
 }
 
 /// Returns the smallest window with all pixels whose coverage is above zero, if there are any.
-fn covered_window(coverage: &[f32], width: usize) -> Option<RenderWindow> {
+pub(super) fn covered_window(coverage: &[f32], width: usize) -> Option<RenderWindow> {
     let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
     for (y, row) in coverage.chunks_exact(width).enumerate() {
         let Some(first) = row.iter().position(|share| *share > 0.0) else {
@@ -509,7 +506,7 @@ mod tests {
         };
         let canvas = Canvas::new(&scene);
         let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
-        let uniform = vec![0.7; canvas.size().0 * canvas.size().1];
+        let uniform = operator.image(vec![0.7; canvas.size().0 * canvas.size().1]);
         let blurred = operator.apply(&uniform);
         let blurred = canvas.crop(&blurred.expect("a plane of the canvas"));
         assert!(blurred.iter().all(|v| (v - 0.7).abs() < 1e-4));

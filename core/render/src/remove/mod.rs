@@ -50,6 +50,7 @@ mod overlapping_tiles;
 mod plug_and_play;
 mod quadratic;
 mod saturation;
+mod schedule;
 mod separation;
 #[cfg(test)]
 mod test_scenes;

@@ -3,10 +3,12 @@
 //! In the stopband of the lens the plate has noise alone. The power of white noise at a frequency is exponentially
 //! distributed, so its variance is the median power / ln 2.
 
-use super::canvas::Canvas;
-use super::lens_operator::LensOperator;
-use super::transfer_functions::Stopband;
+use super::canvas::{Canvas, window_scene};
+use super::lens_operator::{LayerCut, covered_window};
+use super::transfer_functions::{Purpose, Stopband, StopbandPower, TransferFunctions};
 use super::winsorised::WinsorisedStatistics;
+use crate::{Plane, RenderWindow, Scene, VergencePass};
+use seidel_optics::error::Result;
 use std::f64::consts::LN_2;
 
 /// Median of the absolute value of a standard normal deviate.
@@ -32,6 +34,8 @@ const PASSBAND_GROWTH: f64 = 2.2;
 /// Noise that the lens blocks, as a share of the noise that the user states, below which the statement covers other errors of
 /// the plate as well.
 const LEAST_STATED_SHARE: f64 = 0.3;
+/// Margin about the plate, as a share of the reach of kernels.
+const MARGIN_SHARE: f64 = 0.6;
 /// Largest number of samples from which the quantisation step is estimated.
 const MAX_SAMPLES: usize = 8192;
 /// Least number of distinct levels: planes with fewer are masks, which say nothing about quantisation.
@@ -59,27 +63,135 @@ impl NoiseEstimate {
     }
 }
 
-/// Estimates the noise of `plane`, a plane of the plate on `canvas`.
+/// Estimates the noise of `plane`, a plane of the plate of `scene`.
 ///
-/// It is estimated from the stopband of the lens `operator`, in the median tile. If the lens has no stopband, it is
-/// estimated by [`haar_noise`]. It is at least the [`quantisation_noise`].
-pub(super) fn estimate_noise(
-    plane: &[f32],
-    canvas: &Canvas,
-    operator: &LensOperator,
-) -> NoiseEstimate {
-    let found = stopband_noise(plane, canvas, operator).unwrap_or_else(|| {
-        let deviation = quietest_noise(plane, canvas, operator)
-            .unwrap_or_else(|| haar_noise(plane, canvas.plate.0));
+/// It is estimated from the stopband of the lens, in the median tile. If the lens has no stopband, it is estimated from the
+/// frequencies that the lens passes least, in a quiet tile, and by [`haar_noise`] where no tile lies on the plate. It is at least the
+/// [`quantisation_noise`].
+///
+/// # Errors
+/// A lens that cannot be drawn.
+pub(super) fn estimate_noise(scene: &Scene, plane: &Plane) -> Result<NoiseEstimate> {
+    let bands = Bands::new(scene, plane)?;
+    let plane = plane.samples;
+    let found = bands.stopband_noise().unwrap_or_else(|| {
+        let deviation = bands
+            .quietest_noise()
+            .unwrap_or_else(|| haar_noise(plane, scene.width));
         NoiseEstimate {
             deviation,
             blocked: deviation,
         }
     });
     let least = quantisation_noise(plane);
-    NoiseEstimate {
+    Ok(NoiseEstimate {
         deviation: found.deviation.max(least),
         blocked: found.blocked.max(least),
+    })
+}
+
+/// The spectra of a plane, for estimates of its noise.
+struct Bands {
+    samples: Vec<f32>,
+    width: usize,
+    layers: Vec<BandLayer>,
+}
+
+/// A part of the plane at one vergence.
+struct BandLayer {
+    transfer: TransferFunctions,
+    window: RenderWindow,
+    /// Share of each pixel of the window that is in the layer; `None` if all of the plane is.
+    coverage: Option<Vec<f32>>,
+}
+
+impl Bands {
+    /// Extends the plane by mirroring it, so that tiles beside its edges count.
+    fn new(plate: &Scene, plane: &Plane) -> Result<Self> {
+        let canvas = Canvas::of_share(plate, MARGIN_SHARE);
+        let pass = match plate.vergence {
+            VergencePass::PerPixel(pass) => Some(canvas.extend_by_replication(pass)),
+            VergencePass::Constant(_) => None,
+        };
+        let scene = &canvas.scene(plate, pass.as_deref());
+        let transfer =
+            |scene: &Scene| TransferFunctions::new(scene, plane.weights, Purpose::NoiseEstimate);
+        let layers = match scene.vergence {
+            VergencePass::Constant(_) => vec![BandLayer {
+                transfer: transfer(scene)?,
+                window: RenderWindow::whole(scene),
+                coverage: None,
+            }],
+            VergencePass::PerPixel(pass) => LayerCut::new(scene, pass)
+                .coverages()
+                .filter_map(|(vergence, coverage)| {
+                    let window = covered_window(&coverage, scene.width)?;
+                    let part = Scene {
+                        vergence: VergencePass::Constant(vergence),
+                        ..window_scene(scene, window)
+                    };
+                    Some(transfer(&part).map(|transfer| BandLayer {
+                        transfer,
+                        window,
+                        coverage: Some(window.cut(scene.width, &coverage)),
+                    }))
+                })
+                .collect::<Result<_>>()?,
+        };
+        Ok(Self {
+            samples: canvas.extend_by_mirroring(plane.samples),
+            width: scene.width,
+            layers,
+        })
+    }
+
+    /// Returns the powers in a band of each usable tile ([`TransferFunctions::stopband_powers`]).
+    fn powers(&self, band: Stopband) -> Vec<StopbandPower> {
+        let powers = self.layers.iter().flat_map(|layer| {
+            let samples = layer.window.cut(self.width, &self.samples);
+            let coverage = layer.coverage.as_deref();
+            (layer.transfer).stopband_powers(&samples, coverage, band, MIN_FREQUENCIES)
+        });
+        powers.collect()
+    }
+
+    /// Returns the noise in the stopband of the lens, or nothing if no tile has enough of a stopband.
+    ///
+    /// Noise that neighbouring pixels share is weaker the higher the frequency. Where that is seen within the stopband, the noise
+    /// beside it is extrapolated from the tiles in which the stopband reaches the lowest frequencies.
+    fn stopband_noise(&self) -> Option<NoiseEstimate> {
+        let mut powers = self.powers(Stopband::Below(STOPBAND_POWER));
+        let deviation = |median_power: f64| (median_power / LN_2).sqrt();
+        let blocked = deviation(median(powers.iter().map(|power| power.all))?);
+        let growth = powers.iter().map(|power| (power.lowest / power.all).sqrt());
+        let grows = growth.filter(|growth| *growth >= SHARED_NOISE_GROWTH);
+        let others = powers.len() - grows.count();
+        let is_shared = powers.len() >= MIN_SHARED_TILES
+            && others as f64 <= WHITE_TILES_SHARE * powers.len() as f64;
+        let light = WinsorisedStatistics::of_absolute(&self.samples).percentile_99;
+        if !is_shared || blocked < LEAST_SHARED_NOISE * light {
+            return Some(NoiseEstimate {
+                deviation: blocked,
+                blocked,
+            });
+        }
+        powers.sort_by(|a, b| (a.lowest_gradient_power).total_cmp(&b.lowest_gradient_power));
+        let lowest = powers[..powers.len().div_ceil(4)].iter();
+        Some(NoiseEstimate {
+            deviation: PASSBAND_GROWTH * deviation(median(lowest.map(|power| power.lowest))?),
+            blocked,
+        })
+    }
+
+    /// Returns the noise at the frequencies of each tile that the lens passes least, in a quiet tile: texture adds to it.
+    fn quietest_noise(&self) -> Option<f64> {
+        let powers = self.powers(Stopband::Quietest);
+        let mut powers: Vec<f64> = powers.iter().map(|power| power.all).collect();
+        let rank = (QUIET_TILES * powers.len() as f64) as usize;
+        (!powers.is_empty()).then(|| {
+            let (_, quiet, _) = powers.select_nth_unstable_by(rank, f64::total_cmp);
+            (*quiet / LN_2).sqrt()
+        })
     }
 }
 
@@ -97,52 +209,6 @@ fn quantisation_noise(plane: &[f32]) -> f64 {
     let middle = steps.len() / 2;
     let (_, median, _) = steps.select_nth_unstable_by(middle, f32::total_cmp);
     f64::from(*median) / 12.0_f64.sqrt()
-}
-
-/// Returns the noise in the stopband of the lens, or nothing if no tile has enough of a stopband.
-///
-/// Noise that neighbouring pixels share is weaker the higher the frequency. Where that is seen within the stopband, the noise
-/// beside it is extrapolated from the tiles in which the stopband reaches the lowest frequencies.
-fn stopband_noise(
-    plane: &[f32],
-    canvas: &Canvas,
-    operator: &LensOperator,
-) -> Option<NoiseEstimate> {
-    let mirrored = canvas.extend_by_mirroring(plane);
-    let mut powers =
-        operator.stopband_powers(&mirrored, Stopband::Below(STOPBAND_POWER), MIN_FREQUENCIES);
-    let deviation = |median_power: f64| (median_power / LN_2).sqrt();
-    let blocked = deviation(median(powers.iter().map(|power| power.all))?);
-    let growth = powers.iter().map(|power| (power.lowest / power.all).sqrt());
-    let grows = growth.filter(|growth| *growth >= SHARED_NOISE_GROWTH);
-    let others = powers.len() - grows.count();
-    let is_shared = powers.len() >= MIN_SHARED_TILES
-        && others as f64 <= WHITE_TILES_SHARE * powers.len() as f64;
-    let light = WinsorisedStatistics::of_absolute(plane).percentile_99;
-    if !is_shared || blocked < LEAST_SHARED_NOISE * light {
-        return Some(NoiseEstimate {
-            deviation: blocked,
-            blocked,
-        });
-    }
-    powers.sort_by(|a, b| (a.lowest_gradient_power).total_cmp(&b.lowest_gradient_power));
-    let lowest = powers[..powers.len().div_ceil(4)].iter();
-    Some(NoiseEstimate {
-        deviation: PASSBAND_GROWTH * deviation(median(lowest.map(|power| power.lowest))?),
-        blocked,
-    })
-}
-
-/// Returns the noise at the frequencies of each tile that the lens passes least, in a quiet tile: texture adds to it.
-fn quietest_noise(plane: &[f32], canvas: &Canvas, operator: &LensOperator) -> Option<f64> {
-    let mirrored = canvas.extend_by_mirroring(plane);
-    let powers = operator.stopband_powers(&mirrored, Stopband::Quietest, MIN_FREQUENCIES);
-    let mut powers: Vec<f64> = powers.iter().map(|power| power.all).collect();
-    let rank = (QUIET_TILES * powers.len() as f64) as usize;
-    (!powers.is_empty()).then(|| {
-        let (_, quiet, _) = powers.select_nth_unstable_by(rank, f64::total_cmp);
-        (*quiet / LN_2).sqrt()
-    })
 }
 
 /// Returns the median of some numbers, if there are any.
@@ -178,10 +244,14 @@ mod tests {
     fn noise_of_a_plate_is_estimated_within_6_percent() {
         let lens = lens(1.0);
         let scene = scene(&lens);
-        let canvas = Canvas::new(&scene);
-        let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
         for noise in [0.001, 0.01, 0.03] {
-            let estimate = estimate_noise(&plate(noise), &canvas, &operator).deviation;
+            let samples = plate(noise);
+            let plane = Plane {
+                samples: &samples,
+                weights: &WEIGHTS,
+            };
+            let estimate = estimate_noise(&scene, &plane).expect("a valid lens");
+            let estimate = estimate.deviation;
             assert!((estimate / noise - 1.0).abs() < 0.06, "{noise}: {estimate}");
         }
     }

@@ -28,6 +28,8 @@ pub struct PlaneLights {
     pub(super) highlights: Highlights,
     /// Standard deviation of the noise.
     pub(super) noise: f64,
+    /// The least that it can be.
+    pub(super) least_noise: f64,
     /// Standard deviation of a typical sample: noise and model error.
     pub(super) deviation: f64,
     pub(super) clip_level: Option<f32>,
@@ -37,6 +39,7 @@ pub struct PlaneLights {
 /// A search for the lights of a plane: what is known of its samples, and what was found.
 pub(super) struct SearchedPlane {
     noise: f64,
+    least_noise: f64,
     deviation: f64,
     clip_level: Option<f32>,
     pub(super) found: FoundLights,
@@ -48,6 +51,7 @@ impl SearchedPlane {
         PlaneLights {
             highlights: highlights.clone(),
             noise: self.noise,
+            least_noise: self.least_noise,
             deviation: self.deviation,
             clip_level: self.clip_level,
             sources: self.found.sources(width),
@@ -78,17 +82,15 @@ impl<'a> PlateInputs<'a> {
         if is_uniform(plane.samples) {
             return Ok(SearchedPlane {
                 noise: 0.0,
+                least_noise: 0.0,
                 deviation: 0.0,
                 clip_level: None,
                 found: FoundLights::none(plane.samples.len()),
             });
         }
         let canvas = self.canvas;
-        let estimate = || {
-            let operator = LensOperator::new(self.scene, &canvas, plane.weights)?;
-            Ok(estimate_noise(plane.samples, &canvas, &operator).deviation)
-        };
-        let noise = deconvolver.noise.map_or_else(estimate, Ok)?;
+        let estimate = estimate_noise(self.scene, plane)?;
+        let noise = deconvolver.noise.unwrap_or(estimate.deviation);
         let clip_level = deconvolver.saturation.level(plane.samples, noise);
         let model_error = self.variant.model_error;
         let mirrored = canvas.extend_by_mirroring(plane.samples);
@@ -108,6 +110,7 @@ impl<'a> PlateInputs<'a> {
         };
         Ok(SearchedPlane {
             noise,
+            least_noise: estimate.least(noise),
             deviation,
             clip_level,
             found,

@@ -13,15 +13,12 @@ use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 use std::f64::consts::PI;
 
-/// Least side of a tile, px; it is doubled until tiles are as wide as kernels.
-const MIN_SIDE: usize = 96;
 /// Largest side of a tile, px, which bounds time and memory.
 const MAX_SIDE: usize = 768;
-/// Least side of the tiles of a whole canvas, in widths of the widest kernel: the wider, the better the filters of a lens whose blur
-/// changes slowly.
-const SIDE_IN_KERNELS: f64 = 4.0;
-/// The same for a part of the canvas, a depth layer: most of a wide tile would lie beyond it.
-const PART_SIDE_IN_KERNELS: f64 = 1.5;
+/// Largest change of the kernel size from one side of a wide tile to the other, as a share of the size.
+const MAX_CHANGE: f64 = 0.15;
+/// Variance that is added to that of kernels before they are compared, px²: sharp kernels are alike.
+const SHARP_VARIANCE_PX2: f64 = 0.5;
 /// Means over frequencies look at every fifth. No side is a multiple of five, so these are evenly spread.
 const FREQUENCY_STEP: usize = 5;
 
@@ -35,28 +32,58 @@ pub(super) struct TransferFunctions {
     fft: TileFft,
 }
 
-/// The extent of the plane on which transfer functions are used.
+/// What transfer functions are for, which decides how wide their tiles are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Extent {
-    Whole,
-    Part,
+pub(super) enum Purpose {
+    /// Filters of a whole canvas: the wider the tiles, the better where blur changes slowly.
+    Filter,
+    /// Filters of a depth layer: most of a wide tile would lie beyond it.
+    LayerFilter,
+    /// Estimates of noise: blur must not change within a tile, or the picture fills the stopband.
+    NoiseEstimate,
+}
+
+impl Purpose {
+    /// Returns the least side of a tile, px, which is doubled until it is a multiple of the width of the widest kernel, and that
+    /// multiple.
+    fn least_side(self) -> (usize, f64) {
+        match self {
+            Self::Filter => (96, 4.0),
+            Self::LayerFilter => (96, 1.5),
+            Self::NoiseEstimate => (48, 1.0),
+        }
+    }
 }
 
 /// Returns the side of the tiles of a plane of `size` px for a kernel of the width `widest`, px.
 ///
 /// No two pixels of the plane are further apart than its longer side, so a tile of twice that side holds all that a
 /// kernel can do.
-fn tile_side(size: (usize, usize), widest: f64, extent: Extent) -> usize {
-    let kernels = match extent {
-        Extent::Whole => SIDE_IN_KERNELS,
-        Extent::Part => PART_SIDE_IN_KERNELS,
-    };
+fn tile_side(size: (usize, usize), widest: f64, purpose: Purpose) -> usize {
     let enough = MAX_SIDE.min(2 * size.0.max(size.1));
-    let mut side = MIN_SIDE;
+    let (mut side, kernels) = purpose.least_side();
     while side < enough && (side as f64) < kernels * widest {
         side *= 2;
     }
     side
+}
+
+/// Returns the largest relative change of the kernel size over a plane of `size`, in 1/px, between points half the plane apart.
+fn change_per_px(kernels: &LocalKernels, size: (usize, usize)) -> Result<f64> {
+    let along = |size: usize| [0.0, 0.5, 1.0].map(|share| share * size as f64);
+    let mut sizes = [[0.0_f64; 3]; 3];
+    for (row, y) in sizes.iter_mut().zip(along(size.1)) {
+        for (size, x) in row.iter_mut().zip(along(size.0)) {
+            *size = 0.5 * (kernels.at((x, y))?.variance_px2() + SHARP_VARIANCE_PX2).ln();
+        }
+    }
+    let transposed = [0, 1, 2].map(|k| sizes.map(|row| row[k]));
+    let change = |lines: [[f64; 3]; 3], length: usize| {
+        let steps = lines.into_iter().flat_map(|[a, b, c]| [b - a, c - b]);
+        steps.fold(0.0_f64, |most, step| most.max(step.abs())) / (0.5 * length as f64)
+    };
+    let most = change(sizes, size.0).max(change(transposed, size.1));
+    Ok(most)
 }
 
 /// The frequencies of a tile whose power is looked at.
@@ -91,12 +118,17 @@ impl TransferFunctions {
     ///
     /// # Errors
     /// A lens that cannot be drawn, and a vergence that varies.
-    pub(super) fn new(scene: &Scene, weights: &[f64], extent: Extent) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, weights: &[f64], purpose: Purpose) -> Result<Self> {
         let kernels = LocalKernels::new(scene, weights)?;
         let reach = kernel_reach(scene, RenderWindow::whole(scene), kernels.vergence_per_m());
         let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
         let size = (scene.width, scene.height);
-        let side = tile_side(size, widest, extent);
+        let mut side = tile_side(size, widest, purpose);
+        if purpose != Purpose::NoiseEstimate
+            && side as f64 * change_per_px(&kernels, size)? > MAX_CHANGE
+        {
+            side = tile_side(size, widest, Purpose::NoiseEstimate);
+        }
         let fft = TileFft::new(side);
         let tiles = OverlappingTiles::new(size, side);
         let spectra = (tiles.tiles)
@@ -279,13 +311,14 @@ mod tests {
 
     #[test]
     fn tiles_are_wider_than_the_kernel_but_no_wider_than_a_small_plane_needs() {
-        let whole = |size, widest| tile_side(size, widest, Extent::Whole);
+        let whole = |size, widest| tile_side(size, widest, Purpose::Filter);
         assert_eq!(whole((1920, 1080), 10.0), 96);
         assert_eq!(whole((1920, 1080), 40.0), 192);
         assert_eq!(whole((1920, 1080), 5000.0), 768);
         assert_eq!(whole((48, 40), 5000.0), 96);
         assert_eq!(whole((40, 50), 5000.0), 192);
         assert_eq!(whole((1, 1), 5000.0), 96);
-        assert_eq!(tile_side((1920, 1080), 40.0, Extent::Part), 96);
+        assert_eq!(tile_side((1920, 1080), 40.0, Purpose::LayerFilter), 96);
+        assert_eq!(tile_side((1920, 1080), 40.0, Purpose::NoiseEstimate), 48);
     }
 }

@@ -20,6 +20,24 @@ pub struct LocalKernel {
     pub weights: Vec<f32>,
 }
 
+impl LocalKernel {
+    /// Returns the variance along both axes together, px²; 0 for a kernel without light.
+    pub fn variance_px2(&self) -> f64 {
+        let (mut sum, mut first, mut second) = (0.0, [0.0; 2], 0.0);
+        for (k, weight) in self.weights.iter().enumerate() {
+            let weight = f64::from(*weight);
+            let at = [k % self.width.max(1), k / self.width.max(1)].map(|v| v as f64);
+            sum += weight;
+            first = [first[0] + weight * at[0], first[1] + weight * at[1]];
+            second += weight * (at[0] * at[0] + at[1] * at[1]);
+        }
+        if sum == 0.0 {
+            return 0.0;
+        }
+        second / sum - (first[0] * first[0] + first[1] * first[1]) / (sum * sum)
+    }
+}
+
 /// The kernels of a lens at one vergence, for planes with some channel weights.
 pub struct LocalKernels<'a> {
     scene: &'a Scene<'a>,
