@@ -16,7 +16,6 @@ use super::deconvolver::{Lights, Variant, is_uniform};
 use super::gradient::{LinkedPlane, sampled_norms};
 use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
-use super::ramp;
 use super::separation::{PlaneLights, PlateInputs};
 use super::winsorised::WinsorisedStatistics;
 use crate::{LocalKernels, Plane, Scene, VergencePass, cancelled};
@@ -29,8 +28,6 @@ use seidel_optics::error::{Error, Result};
 const PREPARED_SHARE: f64 = 0.3;
 /// Largest gain of a frequency: a colour that is blurred much more than the reference stays a little softer.
 const MAX_GAIN: f32 = 3.0;
-/// Shares of light from behind depth edges at which a pixel begins to keep its blur and keeps all of it.
-const KEPT_EDGE_LIGHT: [f32; 2] = [0.05, 0.15];
 
 /// Returns `plane` with the blur of channel weights `reference` in place of its own, on the plate.
 ///
@@ -58,10 +55,8 @@ pub fn match_blur(
     let canvas = plate.canvas;
     let operator = LensOperator::new(scene, &canvas, plane.weights)?;
     let mut kept = plate.kept_shares(plane.samples, lights, &operator)?;
-    if let Some(mixed) = operator.edge_light() {
-        for (kept, mixed) in kept.iter_mut().zip(canvas.crop(mixed)) {
-            *kept = kept.max(ramp(mixed, KEPT_EDGE_LIGHT));
-        }
+    for (kept, edge) in kept.iter_mut().zip(canvas.crop(&operator.edge_shares())) {
+        *kept = kept.max(edge);
     }
     let (noise, lights) = (lights.noise, &lights.sources);
     let rest = lights.taken_off(plane.samples);

@@ -305,10 +305,13 @@ impl Deconvolver {
         sharp
             .par_iter_mut()
             .for_each(|sample| *sample = sample.max(darkest));
-        if plate.variant.refinement == Refinement::Run {
-            for (kept, unexplained) in kept.iter_mut().zip(&unexplained) {
-                *kept = kept.max(*unexplained);
-            }
+        // The lens check leaves depth edges out.
+        let not_sharp = match plate.variant.refinement {
+            Refinement::Run => unexplained,
+            Refinement::Skip => canvas.crop(&operator.edge_shares()),
+        };
+        for (kept, share) in kept.iter_mut().zip(&not_sharp) {
+            *kept = kept.max(*share);
         }
         let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));
         for (sample, kept_pixel) in sharp.iter_mut().zip(kept_pixels) {

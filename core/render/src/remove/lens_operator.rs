@@ -16,6 +16,7 @@ use super::canvas::Canvas;
 use super::depth_layer::{DepthLayer, LayerImage};
 use super::gradient::{LinkedPlane, Links, norms};
 use super::hidden_surface::HiddenSurface;
+use super::ramp;
 use super::texture::Estimate;
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass, snapped};
 use rayon::prelude::*;
@@ -25,6 +26,9 @@ use seidel_optics::error::Result;
 /// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly
 /// any light.
 const MIN_UNIFORM_LIGHT: f32 = 0.3;
+
+/// Shares of light from behind a depth edge or hidden by it, from which a pixel begins to count as one of the edge and does so wholly.
+const EDGE_LIGHT: [f32; 2] = [0.05, 0.15];
 
 /// The lens on a canvas.
 pub(super) struct LensOperator {
@@ -110,10 +114,13 @@ impl LensOperator {
         plane
     }
 
-    /// Returns the share of each pixel's light that comes from behind a depth edge or is hidden by one. `None` if all of the canvas
-    /// is at one vergence.
-    pub(super) fn edge_light(&self) -> Option<&[f32]> {
-        self.depth.as_ref().map(|depth| &depth.edge_light[..])
+    /// Returns 1 for pixels with much light from behind a depth edge, or much that one hides, 0 for those without, and shares between.
+    pub(super) fn edge_shares(&self) -> Vec<f32> {
+        let light = self.depth.as_ref().map(|depth| &depth.edge_light);
+        light.map_or_else(
+            || vec![0.0; self.size.0 * self.size.1],
+            |light| light.iter().map(|v| ramp(*v, EDGE_LIGHT)).collect(),
+        )
     }
 
     /// Returns whether a pixel of the canvas lies at a depth edge. Its light is a mixture of surfaces, and its depth that of one.
