@@ -113,7 +113,12 @@ pub fn estimate_blur_share(
             }
         }
     }
-    Ok(best_index(&sums, count).map_or(1.0, |index| interpolated_share(&sums, index)))
+    let share = best_index(&sums, count).map_or(1.0, |index| interpolated_share(&sums, index));
+    Ok(match scene.vergence {
+        VergencePass::Constant(_) => share,
+        // Beside depth edges, too much removal can pass for sharpness.
+        VergencePass::PerPixel(_) => share.min(1.0),
+    })
 }
 
 /// Returns the index of the lowest of `sums` over `count` tiles and planes, if it is lower than that of the share 1 by
