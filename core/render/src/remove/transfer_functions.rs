@@ -68,12 +68,27 @@ fn tile_side(size: (usize, usize), widest: f64, purpose: Purpose) -> usize {
     side
 }
 
-/// Returns the largest relative change of the kernel size over a plane of `size`, in 1/px, between points half the plane apart.
-fn change_per_px(kernels: &LocalKernels, size: (usize, usize)) -> Result<f64> {
+/// Returns the largest relative change of the kernel size over the plane of `scene`, in 1/px, between points half the plane apart: of
+/// all channels, so that the planes of a plate have the same tiles.
+fn change_per_px(scene: &Scene) -> Result<f64> {
+    let channels = scene.lens.channel_count();
+    let mut most = 0.0_f64;
+    for channel in 0..channels {
+        let mut weights = vec![0.0; channels];
+        weights[channel] = 1.0;
+        most = most.max(change_of_kernels(
+            scene,
+            &LocalKernels::new(scene, &weights)?,
+        )?);
+    }
+    Ok(most)
+}
+
+fn change_of_kernels(scene: &Scene, kernels: &LocalKernels) -> Result<f64> {
     let along = |size: usize| [0.0, 0.5, 1.0].map(|share| share * size as f64);
     let mut sizes = [[0.0_f64; 3]; 3];
-    for (row, y) in sizes.iter_mut().zip(along(size.1)) {
-        for (size, x) in row.iter_mut().zip(along(size.0)) {
+    for (row, y) in sizes.iter_mut().zip(along(scene.height)) {
+        for (size, x) in row.iter_mut().zip(along(scene.width)) {
             *size = 0.5 * (kernels.at((x, y))?.variance_px2() + SHARP_VARIANCE_PX2).ln();
         }
     }
@@ -82,8 +97,7 @@ fn change_per_px(kernels: &LocalKernels, size: (usize, usize)) -> Result<f64> {
         let steps = lines.into_iter().flat_map(|[a, b, c]| [b - a, c - b]);
         steps.fold(0.0_f64, |most, step| most.max(step.abs())) / (0.5 * length as f64)
     };
-    let most = change(sizes, size.0).max(change(transposed, size.1));
-    Ok(most)
+    Ok(change(sizes, scene.width).max(change(transposed, scene.height)))
 }
 
 /// The frequencies of a tile whose power is looked at.
@@ -124,9 +138,7 @@ impl TransferFunctions {
         let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
         let size = (scene.width, scene.height);
         let mut side = tile_side(size, widest, purpose);
-        if purpose != Purpose::NoiseEstimate
-            && side as f64 * change_per_px(&kernels, size)? > MAX_CHANGE
-        {
+        if purpose != Purpose::NoiseEstimate && side as f64 * change_per_px(scene)? > MAX_CHANGE {
             side = tile_side(size, widest, Purpose::NoiseEstimate);
         }
         let fft = TileFft::new(side);
