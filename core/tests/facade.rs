@@ -76,7 +76,7 @@ fn the_same_lens_put_back_gives_the_plate_back() {
     let plate = Plate::new(blurred.clone()).with_depth(at_metres(4.0));
     let same = relens(&lens, &lens, &plate, &settings, &no_progress).expect("a render");
     let difference = root_mean_square_difference(&same, &blurred);
-    assert!(difference < 2e-3, "{difference}");
+    assert!(difference < 1e-6, "{difference}");
 }
 
 #[test]

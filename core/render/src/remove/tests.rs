@@ -293,6 +293,20 @@ fn confidence_falls_with_noise_and_blur() {
     assert!(clear[corner] < 0.8 * clear[middle]);
 }
 
+/// Without noise nothing but the solver itself stands between the plate and its sharp image.
+#[test]
+fn the_less_noise_the_better() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let sharp = discs(WIDTH, HEIGHT);
+    let gain = |noise: f32| {
+        let plate = plate(noise.into());
+        psnr_db(&sharpen(&scene, &plate, Deconvolver::default()), &sharp) - psnr_db(&plate, &sharp)
+    };
+    let gains = [0.01, 0.001, 0.0].map(gain);
+    assert!(gains.is_sorted() && gains[2] > 12.0, "{gains:?}");
+}
+
 /// Film grain is shared by neighbouring pixels: the frequencies that the lens blocks have hardly any of it.
 #[test]
 fn film_grain_is_not_amplified() {

@@ -117,6 +117,23 @@ fn edges_of_a_foreground_become_sharp_where_the_background_is_known() {
     );
 }
 
+/// What the foreground hides is solved for together with what the plate shows.
+#[test]
+fn edges_of_a_foreground_become_sharper_without_its_background() {
+    let lens = lens(1.0);
+    let shot = Shot::new(&lens);
+    let pass: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|k| if is_foreground(k) { NEAR as f32 } else { 0.0 })
+        .collect();
+    let deep = Scene {
+        vergence: VergencePass::PerPixel(&pass),
+        ..scene(&lens)
+    };
+    let found = shot.error(&sharpen(&deep, &shot.plate, Deconvolver::default()));
+    let before = shot.error(&shot.plate);
+    assert!(found < 0.65 * before, "{found} {before}");
+}
+
 #[test]
 fn a_plate_that_is_nowhere_nearer_than_its_background_is_not_split() {
     let lens = lens(1.0);
