@@ -129,8 +129,8 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let operator = problem.operator;
     let data_weight = problem.deviation.powi(-2);
     let schedule = Schedule::of(problem);
-    let start = if operator.is_flat() || problem.refinement == Refinement::Skip {
-        operator.image(wiener_estimate(problem, schedule.start_noise)?)
+    let start = if operator.is_flat() {
+        wiener_estimate(problem, schedule.start_noise)?
     } else {
         operator.image(problem.plate.to_vec())
     };

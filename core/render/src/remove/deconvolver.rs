@@ -295,7 +295,10 @@ impl Deconvolver {
         let solution = solve(&mut problem, progress)?;
         let residual = problem.residual(&solution.estimate);
         let misfit = problem.misfit(&solution.estimate);
-        let unexplained = canvas.crop(&problem.unexplained_shares(&solution.estimate)?);
+        let unexplained = match plate.variant.refinement {
+            Refinement::Run => canvas.crop(&problem.unexplained_shares(&solution.estimate)?),
+            Refinement::Skip => Vec::new(),
+        };
         let mut sharp = solution.estimate.image;
         // Without what is hidden.
         sharp.truncate(extended.len());
@@ -305,12 +308,7 @@ impl Deconvolver {
         sharp
             .par_iter_mut()
             .for_each(|sample| *sample = sample.max(darkest));
-        // The lens check leaves depth edges out.
-        let not_sharp = match plate.variant.refinement {
-            Refinement::Run => unexplained,
-            Refinement::Skip => canvas.crop(&operator.edge_shares()),
-        };
-        for (kept, share) in kept.iter_mut().zip(&not_sharp) {
+        for (kept, share) in kept.iter_mut().zip(&unexplained) {
             *kept = kept.max(*share);
         }
         let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));

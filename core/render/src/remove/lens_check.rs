@@ -29,8 +29,6 @@ const FULL: usize = 5;
 const SIDE: usize = 192;
 /// Number of tiles that are looked at.
 const TILES: usize = 3;
-/// The same where depth varies: there each takes many kernels, as many as the rest of a removal.
-const TILES_IN_DEPTH: usize = 1;
 /// Least side of a plate that is checked, px: smaller ones have too little detail.
 const MIN_PLATE_SIDE: usize = SIDE / 2;
 /// Weight of the second term. The first alone prefers to remove a little too much blur (found on photographs).
@@ -58,7 +56,7 @@ const ITERATIONS: usize = 7;
 type Scores = [f64; SHARES.len()];
 
 /// Estimates the strength of the blur that `planes` show as a share of the blur of `scene`'s lens, from 0.5 to 1.52.
-/// Returns 1 if nothing speaks against the lens, or if the plate is too small, too noisy or mostly keeps its blur.
+/// Returns 1 if nothing speaks against the lens, or if the plate has depth, is too small, too noisy or mostly keeps its blur.
 ///
 /// Each share is removed from the tiles of the plate with most detail and blur. Each plane comes with the settings of its
 /// removal. `progress` gets the share done.
@@ -72,18 +70,19 @@ pub fn estimate_blur_share(
 ) -> Result<f64> {
     let all: Vec<Plane> = planes.iter().map(|(_, plane)| *plane).collect();
     scene.check(&all)?;
+    if let VergencePass::PerPixel(_) = scene.vergence {
+        // Seven iterations are too few to solve for hidden surfaces, and what is left of them decides the score.
+        return Ok(1.0);
+    }
     let planes: Vec<_> = (planes.iter())
         .filter(|(_, plane)| !is_uniform(plane.samples))
         .copied()
         .collect();
-    let mut tiles = if scene.width.min(scene.height) < MIN_PLATE_SIDE {
+    let tiles = if scene.width.min(scene.height) < MIN_PLATE_SIDE {
         Vec::new()
     } else {
         chosen_tiles(scene, &planes)
     };
-    if let VergencePass::PerPixel(_) = scene.vergence {
-        tiles.truncate(TILES_IN_DEPTH);
-    }
     // All planes show one scene through one lens: that with the most detail says most.
     let detail = |plane: &Plane| {
         let image = LinkedPlane::plain(plane.samples, scene.width);
@@ -113,12 +112,7 @@ pub fn estimate_blur_share(
             }
         }
     }
-    let share = best_index(&sums, count).map_or(1.0, |index| interpolated_share(&sums, index));
-    Ok(match scene.vergence {
-        VergencePass::Constant(_) => share,
-        // Beside depth edges, too much removal can pass for sharpness.
-        VergencePass::PerPixel(_) => share.min(1.0),
-    })
+    Ok(best_index(&sums, count).map_or(1.0, |index| interpolated_share(&sums, index)))
 }
 
 /// Returns the index of the lowest of `sums` over `count` tiles and planes, if it is lower than that of the share 1 by
@@ -196,18 +190,10 @@ impl Trial<'_> {
         progress: &Progress,
     ) -> Result<SharpPlane> {
         let scene = self.scene;
-        let pass = match scene.vergence {
-            VergencePass::Constant(_) => Vec::new(),
-            VergencePass::PerPixel(pass) => self.tile.cut(scene.width, pass),
-        };
         let scales = vec![SHARES[index]; scene.lens.channel_count()];
         let lens = AdjustedLens::new(scene.lens, 1.0, scales, (0.0, 0.0))?;
         let part = Scene {
             lens: &lens,
-            vergence: match scene.vergence {
-                VergencePass::PerPixel(_) => VergencePass::PerPixel(&pass),
-                constant => constant,
-            },
             ..window_scene(scene, self.tile)
         };
         let plane = Plane {
