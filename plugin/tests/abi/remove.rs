@@ -102,7 +102,7 @@ fn blur_that_was_applied_is_removed() {
     // The result goes on beyond the plate, and is black beyond `found`.
     let margin = -results.found.left;
     assert!(margin > 0 && results.found.width == 150 + 2 * margin);
-    let wide = rect(-margin - 2, 40, 60, 1);
+    let wide = rect(-margin - 2, 40, 60 + margin, 1);
     let beyond = remove(&lens, &settings, &plate, wide, &mut results);
     assert_eq!(beyond.samples[..6], [0.0; 6]);
     assert!(beyond.samples[6..9].iter().all(|v| *v > 0.0));

@@ -17,6 +17,7 @@ use super::gradient::{LinkedPlane, sampled_norms};
 use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
 use super::separation::{PlaneLights, PlateInputs};
+use super::transfer_functions::Purpose;
 use super::winsorised::WinsorisedStatistics;
 use crate::{LocalKernels, Plane, Scene, VergencePass, cancelled};
 use rayon::prelude::*;
@@ -53,14 +54,14 @@ pub fn match_blur(
         Variant::removal(Lights::Separate),
     );
     let canvas = plate.canvas;
-    let operator = LensOperator::new(scene, &canvas, plane.weights)?;
+    let operator = LensOperator::for_purpose(Purpose::Local, scene, &canvas, plane.weights)?;
     let mut kept = plate.kept_shares(plane.samples, lights, &operator)?;
     for (kept, edge) in kept.iter_mut().zip(canvas.crop(&operator.edge_shares())) {
         *kept = kept.max(edge);
     }
     let (noise, lights) = (lights.noise, &lights.sources);
     let rest = lights.taken_off(plane.samples);
-    let target = LensOperator::new(scene, &canvas, reference)?;
+    let target = LensOperator::for_purpose(Purpose::Local, scene, &canvas, reference)?;
     if !progress(PREPARED_SHARE) {
         return Err(cancelled());
     }

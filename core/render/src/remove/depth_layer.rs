@@ -47,8 +47,8 @@ impl DepthLayer {
     ///
     /// # Errors
     /// A lens that cannot be drawn.
-    pub(super) fn only(scene: &Scene, weights: &[f64]) -> Result<Self> {
-        Self::new(scene, weights, RenderWindow::whole(scene), None)
+    pub(super) fn only(scene: &Scene, weights: &[f64], purpose: Purpose) -> Result<Self> {
+        Self::new(scene, weights, purpose, RenderWindow::whole(scene), None)
     }
 
     /// Prepares the layer at `vergence`, 1/m, whose `coverage` of the canvas lies within the window `covered`.
@@ -58,6 +58,7 @@ impl DepthLayer {
     pub(super) fn at_vergence(
         scene: &Scene,
         weights: &[f64],
+        purpose: Purpose,
         vergence: f64,
         covered: RenderWindow,
         coverage: &[f32],
@@ -77,19 +78,20 @@ impl DepthLayer {
             width: right - column,
             height: bottom - row,
         };
-        Self::new(&scene, weights, window, Some(coverage))
+        Self::new(&scene, weights, purpose, window, Some(coverage))
     }
 
     fn new(
         scene: &Scene,
         weights: &[f64],
+        purpose: Purpose,
         window: RenderWindow,
         coverage: Option<&[f32]>,
     ) -> Result<Self> {
         let part = window_scene(scene, window);
-        let purpose = match coverage {
-            Some(_) => Purpose::LayerFilter,
-            None => Purpose::Filter,
+        let purpose = match (coverage, purpose) {
+            (Some(_), Purpose::Filter) => Purpose::LayerFilter,
+            _ => purpose,
         };
         let (operator, transfer) = rayon::join(
             || Operator::new(&part, &[weights.to_vec()], Quality::Final),

@@ -18,6 +18,7 @@ use super::gradient::{LinkedPlane, Links, norms};
 use super::hidden_surface::HiddenSurface;
 use super::ramp;
 use super::texture::Estimate;
+use super::transfer_functions::Purpose;
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass, snapped};
 use rayon::prelude::*;
 use seidel_fourier::Complex;
@@ -56,6 +57,19 @@ impl LensOperator {
     /// # Errors
     /// A lens that cannot be drawn.
     pub(super) fn new(scene: &Scene, canvas: &Canvas, weights: &[f64]) -> Result<Self> {
+        Self::for_purpose(Purpose::Filter, scene, canvas, weights)
+    }
+
+    /// Prepares the operator like [`Self::new`], with transfer functions for another purpose.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub(super) fn for_purpose(
+        purpose: Purpose,
+        scene: &Scene,
+        canvas: &Canvas,
+        weights: &[f64],
+    ) -> Result<Self> {
         let canvas_scene = Scene {
             edges: Edges::Black,
             ..canvas.scene(scene, None)
@@ -63,14 +77,14 @@ impl LensOperator {
         let size = canvas.size();
         let VergencePass::PerPixel(pass) = scene.vergence else {
             return Ok(Self {
-                layers: vec![DepthLayer::only(&canvas_scene, weights)?],
+                layers: vec![DepthLayer::only(&canvas_scene, weights, purpose)?],
                 size,
                 depth: None,
             });
         };
         let pass = canvas.extend_by_replication(pass);
         let cut = LayerCut::new(&canvas_scene, &pass);
-        let mut layers = cut.layers(&canvas_scene, weights)?;
+        let mut layers = cut.layers(&canvas_scene, weights, purpose)?;
         let depth = cut.depth(&mut layers, size)?;
         Ok(Self {
             layers,
@@ -339,7 +353,7 @@ impl LayerCut {
     }
 
     /// Returns the layers with a pixel in them, without transmissions.
-    fn layers(&self, scene: &Scene, weights: &[f64]) -> Result<Vec<DepthLayer>> {
+    fn layers(&self, scene: &Scene, weights: &[f64], purpose: Purpose) -> Result<Vec<DepthLayer>> {
         let layer = |index: usize| {
             let hat = |at: f32| (1.0 - (at - self.layers.coordinate_of(index)).abs()).max(0.0);
             let coverage = self.coverage(index);
@@ -351,7 +365,8 @@ impl LayerCut {
             let either: Vec<f32> = coverage.iter().zip(&hidden).map(|(a, b)| a + b).collect();
             let covered = covered_window(&either, scene.width)?;
             let vergence = self.layers.vergence(index);
-            let layer = DepthLayer::at_vergence(scene, weights, vergence, covered, &coverage);
+            let layer =
+                DepthLayer::at_vergence(scene, weights, purpose, vergence, covered, &coverage);
             Some(layer.map(|layer| layer.with_hidden(&hidden, self.nearness[index])))
         };
         (0..self.layers.len())

@@ -114,8 +114,7 @@ impl Bands {
             VergencePass::Constant(_) => None,
         };
         let scene = &canvas.scene(plate, pass.as_deref());
-        let transfer =
-            |scene: &Scene| TransferFunctions::new(scene, plane.weights, Purpose::NoiseEstimate);
+        let transfer = |scene: &Scene| TransferFunctions::new(scene, plane.weights, Purpose::Local);
         let layers = match scene.vergence {
             VergencePass::Constant(_) => vec![BandLayer {
                 transfer: transfer(scene)?,

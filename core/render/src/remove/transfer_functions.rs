@@ -39,8 +39,8 @@ pub(super) enum Purpose {
     Filter,
     /// Filters of a depth layer: most of a wide tile would lie beyond it.
     LayerFilter,
-    /// Estimates of noise: blur must not change within a tile, or the picture fills the stopband.
-    NoiseEstimate,
+    /// Estimates of noise, and filters without iterations: blur must not change within a tile.
+    Local,
 }
 
 impl Purpose {
@@ -50,7 +50,7 @@ impl Purpose {
         match self {
             Self::Filter => (96, 4.0),
             Self::LayerFilter => (96, 1.5),
-            Self::NoiseEstimate => (48, 1.0),
+            Self::Local => (48, 1.0),
         }
     }
 }
@@ -138,8 +138,8 @@ impl TransferFunctions {
         let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
         let size = (scene.width, scene.height);
         let mut side = tile_side(size, widest, purpose);
-        if purpose != Purpose::NoiseEstimate && side as f64 * change_per_px(scene)? > MAX_CHANGE {
-            side = tile_side(size, widest, Purpose::NoiseEstimate);
+        if purpose != Purpose::Local && side as f64 * change_per_px(scene)? > MAX_CHANGE {
+            side = tile_side(size, widest, Purpose::Local);
         }
         let fft = TileFft::new(side);
         let tiles = OverlappingTiles::new(size, side);
@@ -331,6 +331,6 @@ mod tests {
         assert_eq!(whole((40, 50), 5000.0), 192);
         assert_eq!(whole((1, 1), 5000.0), 96);
         assert_eq!(tile_side((1920, 1080), 40.0, Purpose::LayerFilter), 96);
-        assert_eq!(tile_side((1920, 1080), 40.0, Purpose::NoiseEstimate), 48);
+        assert_eq!(tile_side((1920, 1080), 40.0, Purpose::Local), 48);
     }
 }
