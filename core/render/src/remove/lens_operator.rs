@@ -40,7 +40,7 @@ pub(super) struct LensOperator {
     depth: Option<Depth>,
 }
 
-/// What a canvas with depth has in addition.
+/// The additional parts of a canvas with depth.
 struct Depth {
     /// The diagonal of G.
     gains: Vec<f32>,

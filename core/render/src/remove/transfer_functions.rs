@@ -32,7 +32,7 @@ pub(super) struct TransferFunctions {
     fft: TileFft,
 }
 
-/// What transfer functions are for, which decides how wide their tiles are.
+/// The use of transfer functions, which decides how wide their tiles are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// Filters of a whole canvas: the wider the tiles, the better where blur changes slowly.

@@ -117,7 +117,7 @@ fn edges_of_a_foreground_become_sharp_where_the_background_is_known() {
     );
 }
 
-/// What the foreground hides is solved for together with what the plate shows.
+/// Hidden surfaces are solved for together with those that the plate shows.
 #[test]
 fn edges_of_a_foreground_become_sharper_without_its_background() {
     let lens = lens(1.0);
