@@ -183,6 +183,9 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         let front = &stacked[..problem.plate.len()];
         let gradients = WinsorisedStatistics::new(sampled_norms(operator.linked(front)));
         let mean_gradient = gradients.mean.clamp(least_gradient, most_gradient);
+        if mean_gradient == 0.0 {
+            break;
+        }
         if problem.refinement == Refinement::Skip {
             // Ringing has gradients of its own.
             most_gradient = mean_gradient;

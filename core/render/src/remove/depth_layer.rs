@@ -142,7 +142,7 @@ impl DepthLayer {
         covered.max_by(f32::total_cmp)
     }
 
-    /// Sets the transmission of what lies in front, a plane of the canvas. Light is multiplied by `gains` after it.
+    /// Sets the `transmission` of the surfaces in front of the layer, a plane of the canvas. The `gains` of the operator follow it.
     ///
     /// # Errors
     /// Planes that are not of the canvas's size.

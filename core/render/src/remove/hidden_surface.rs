@@ -1,7 +1,7 @@
 //! Depth edges of a canvas, and the surfaces that continue behind them.
 //!
-//! Where one surface hides another, a blurred image shows a part of what is hidden: the aperture looks past the edge. So the
-//! farther surface is continued behind the nearer one, at the depth that it has beside the edge, as far as kernels reach.
+//! The aperture looks past the edge of a near surface, so a blurred image shows a part of the surface behind it. The farther
+//! surface is continued behind the nearer one, at the depth that it has beside the edge, as far as kernels reach.
 //! Light of the pixels there is unknown, like that beyond the edges of the plate.
 
 /// Smallest step of the nearness between neighbours that is a depth edge, px: two surfaces, and not one that is inclined.

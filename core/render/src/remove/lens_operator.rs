@@ -330,7 +330,7 @@ impl LayerCut {
         };
         let front = coordinates.iter().map(nearness_at).collect();
         let largest = coordinates.iter().map(|at| layers.size(*at));
-        // A surface is seen as far behind an edge as its own blur reaches, and hidden as far as the blur of what lies in front.
+        // Kernels of the hidden surface reach across the edge from one side, and those of the near surface from the other.
         let reach = (2.0 * largest.fold(0.0, f32::max)).ceil() as usize + 2;
         Self {
             surface: HiddenSurface::new(front, scene.width, reach),

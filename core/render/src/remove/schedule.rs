@@ -26,7 +26,7 @@ pub(super) struct Schedule {
     pub(super) residual_share: f64,
     /// Share of the largest residual so far that counts as noise at least: few iterations cannot fit more without ringing.
     pub(super) largest_share: f64,
-    /// Bounds of the mean gradient of the image, in that of the plate.
+    /// Bounds of the image's mean gradient, as multiples of the plate's.
     pub(super) gradients: [f64; 2],
     /// Least number of iterations at the noise itself.
     pub(super) settled: usize,
