@@ -14,8 +14,8 @@
 //! | D | the gradient in four directions; the sum over pixels of its norm is the total variation |
 //! | l | the regularisation weight |
 //!
-//! The start is a Wiener filter on local spectra. ADMM sets the gradient apart as z = D x, with a scaled multiplier u and
-//! a penalty r. Each iteration
+//! The start is a Wiener filter on local spectra, or the plate itself where depth varies. ADMM sets the gradient apart as
+//! z = D x, with a scaled multiplier u and a penalty r. Each iteration
 //!
 //! 1. shortens D x + u by l / r at each pixel, which gives z, and sets u to the rest;
 //! 2. lowers Q(x) = |W^(1/2) (A x - b)|² / (2 s²) + r |D x - z + u|² / 2 by one exact line search over the plane of two
@@ -23,8 +23,8 @@
 //!    method of conjugate gradients.
 //!
 //! The weights l and r follow the mean gradient of the estimate. Two things differ from the textbook. The multiplier u is
-//! not scaled when r changes. And while the residual is larger than s it takes the place of s, because fitting the plate at
-//! once makes the image ring.
+//! not scaled when r changes. And a larger residual takes the place of s at first, which falls from one iteration to the
+//! next (`schedule`), because fitting the plate at once makes the image ring.
 
 use super::canvas::Canvas;
 use super::gradient::{Gradient, LinkedPlane, sampled_norms, white_noise_power};

@@ -30,7 +30,7 @@ pub struct Deconvolver {
     pub noise: Option<f64>,
     /// The rule by which clipped samples are found.
     pub saturation: Saturation,
-    /// Number of ADMM iterations.
+    /// Least number of ADMM iterations. At most four times as many follow until the residual is that of the noise.
     pub iterations: usize,
     /// The treatment of bright lights.
     pub lights: Lights,
@@ -48,8 +48,7 @@ pub enum Lights {
 }
 
 impl Default for Deconvolver {
-    /// Ten iterations. With the steps that follow they take about 18 times the time of one blur
-    /// (docs/background/remove.md).
+    /// Ten iterations at least.
     fn default() -> Self {
         Self {
             noise: None,

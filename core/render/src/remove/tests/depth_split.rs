@@ -76,13 +76,18 @@ impl Shot {
     }
 }
 
+/// Returns the vergence of each pixel of the plate.
+fn pass() -> Vec<f32> {
+    (0..WIDTH * HEIGHT)
+        .map(|k| if is_foreground(k) { NEAR as f32 } else { 0.0 })
+        .collect()
+}
+
 #[test]
 fn edges_of_a_foreground_become_sharp_where_the_background_is_known() {
     let lens = lens(1.0);
     let shot = Shot::new(&lens);
-    let pass: Vec<f32> = (0..WIDTH * HEIGHT)
-        .map(|k| if is_foreground(k) { NEAR as f32 } else { 0.0 })
-        .collect();
+    let pass = pass();
     let deep = Scene {
         vergence: VergencePass::PerPixel(&pass),
         ..scene(&lens)
@@ -122,9 +127,7 @@ fn edges_of_a_foreground_become_sharp_where_the_background_is_known() {
 fn edges_of_a_foreground_become_sharper_without_its_background() {
     let lens = lens(1.0);
     let shot = Shot::new(&lens);
-    let pass: Vec<f32> = (0..WIDTH * HEIGHT)
-        .map(|k| if is_foreground(k) { NEAR as f32 } else { 0.0 })
-        .collect();
+    let pass = pass();
     let deep = Scene {
         vergence: VergencePass::PerPixel(&pass),
         ..scene(&lens)
