@@ -30,7 +30,7 @@ pub struct Deconvolver {
     pub noise: Option<f64>,
     /// The rule by which clipped samples are found.
     pub saturation: Saturation,
-    /// Least number of ADMM iterations. At most four times as many follow until the residual is that of the noise.
+    /// Least number of ADMM iterations. Up to four times as many run until the residual is that of the noise.
     pub iterations: usize,
     /// The treatment of bright lights.
     pub lights: Lights,
