@@ -119,7 +119,8 @@ impl PreparedPlate {
         }
     }
 
-    /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens.
+    /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens, and for plates with
+    /// a depth pass, which are not checked.
     ///
     /// # Errors
     /// Those of [`estimate_blur_share`].
