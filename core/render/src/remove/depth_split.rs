@@ -248,8 +248,8 @@ struct ForegroundLens {
 impl ForegroundLens {
     /// Blurs a plane of the plate, mirrored at its edges.
     fn blur(&self, samples: &[f32]) -> Result<Vec<f32>> {
-        let extended = self.canvas.extend_by_mirroring(samples);
-        Ok(self.canvas.crop(&self.operator.apply(&extended)?))
+        let image = (self.operator).image(self.canvas.extend_by_mirroring(samples));
+        Ok(self.canvas.crop(&self.operator.apply(&image)?))
     }
 }
 
