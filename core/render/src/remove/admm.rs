@@ -130,7 +130,7 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let data_weight = problem.deviation.powi(-2);
     let schedule = Schedule::of(problem);
     let start = if operator.is_flat() {
-        wiener_estimate(problem, schedule.start_noise)?
+        operator.image(wiener_estimate(problem, schedule.start_noise)?)
     } else {
         operator.image(problem.plate.to_vec())
     };
@@ -155,7 +155,7 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         if !progress(schedule.share * iteration as f64 / schedule.limit as f64) {
             return Err(cancelled());
         }
-        if iteration >= OUTLIERS_FROM && !operator.is_flat() {
+        if iteration >= OUTLIERS_FROM && operator.has_edges() {
             problem.weights = problem.without_outliers(&estimate, &certain);
         }
         let misfit = problem.misfit(&estimate);
@@ -166,14 +166,14 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
                 weight = (weight * ratio.powi(-4).clamp(1.0, MAX_WEIGHT_GROWTH)).min(MAX_WEIGHT);
                 settled += 1;
             }
-            if stalls && misfit > EXPLAINED_MISFIT && operator.is_flat() {
+            if stalls && misfit > EXPLAINED_MISFIT && !operator.has_edges() {
                 weight = (weight * UNDERFIT_SHRINKAGE).max(MIN_WEIGHT);
             }
             let is_fitted = ratio >= 1.0 || weight >= MAX_WEIGHT;
             let is_explained = is_fitted && misfit <= EXPLAINED_MISFIT;
             if iteration >= problem.iterations
                 && settled >= schedule.settled
-                && (is_explained || stalls && (weight <= MIN_WEIGHT || !operator.is_flat()))
+                && (is_explained || stalls && (weight <= MIN_WEIGHT || operator.has_edges()))
             {
                 break;
             }

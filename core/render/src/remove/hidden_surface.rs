@@ -61,6 +61,11 @@ impl HiddenSurface {
         surface
     }
 
+    /// Returns whether a surface is hidden anywhere.
+    pub(super) fn has_hidden(&self) -> bool {
+        self.sources.iter().any(|source| *source != NONE)
+    }
+
     /// Returns the pixel whose surface continues behind a pixel, if one does.
     pub(super) fn source(&self, pixel: usize) -> Option<usize> {
         let source = self.sources[pixel];

@@ -187,6 +187,12 @@ impl LensOperator {
         self.sum_of_layers(|layer| Ok(layer.filter(plane, &gain)))
     }
 
+    /// Returns whether the canvas has depth edges.
+    pub(super) fn has_edges(&self) -> bool {
+        let depth = self.depth.as_ref();
+        depth.is_some_and(|depth| depth.surface.has_hidden())
+    }
+
     /// Returns whether all of the canvas is at one vergence.
     pub(super) fn is_flat(&self) -> bool {
         self.depth.is_none()
