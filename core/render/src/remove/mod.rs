@@ -33,6 +33,7 @@ mod gradient;
 mod hidden_surface;
 mod highlights;
 mod hole_filling;
+mod layer_cut;
 mod lens_check;
 mod lens_operator;
 mod light_candidates;

@@ -4,7 +4,7 @@
 //! distributed, so its variance is the median power / ln 2.
 
 use super::canvas::{Canvas, window_scene};
-use super::lens_operator::{LayerCut, covered_window};
+use super::layer_cut::{LayerCut, covered_window};
 use super::transfer_functions::{Purpose, Stopband, StopbandPower, TransferFunctions};
 use super::winsorised::WinsorisedStatistics;
 use crate::{Plane, RenderWindow, Scene, VergencePass};
