@@ -128,7 +128,11 @@ pub(super) struct Solution {
 pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Solution> {
     let operator = problem.operator;
     let data_weight = problem.deviation.powi(-2);
-    let schedule = Schedule::of(problem);
+    let plate_gradient = problem.plate_gradient();
+    // Without noise there is none to remove, and the prior has determined next to nothing.
+    let is_refined =
+        problem.refinement == Refinement::Run && problem.deviation > REFINED_NOISE * plate_gradient;
+    let schedule = Schedule::of(problem, is_refined);
     let start = if operator.is_flat() {
         operator.image(wiener_estimate(problem, schedule.start_noise)?)
     } else {
@@ -138,7 +142,6 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let stacked = operator.stack(&estimate.image);
     let mut multiplier = Gradient::zeros(stacked.len(), problem.width());
     let mut previous: Option<BlurPair> = None;
-    let plate_gradient = problem.plate_gradient();
     let [least_gradient, mut most_gradient] =
         schedule.gradients.map(|bound| bound * plate_gradient);
     let mut weight = schedule.weight;
@@ -211,9 +214,7 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         }
     }
     estimate = problem.blur(estimate.image)?;
-    // Without noise there is none to remove, and the prior has determined next to nothing.
-    let is_noisy = problem.deviation > REFINED_NOISE * plate_gradient;
-    if problem.refinement == Refinement::Run && is_noisy {
+    if is_refined {
         let residual = problem.weighted_residual(&estimate, 1.0);
         let front = problem.front(&estimate);
         let mut corrected = operator.texture_correction(front, &residual, problem.deviation)?;

@@ -15,8 +15,8 @@ use seidel_optics::error::{Error, Result};
 /// Relative error of lens and operator: it counts as noise.
 pub(super) const MODEL_ERROR: f64 = 2e-3;
 /// Relative error of the operator alone, which counts as noise in the picture around the lights. That of the lens is found as a
-/// residual. Half floats are rounded by as much.
-const PICTURE_ERROR: f64 = 2e-4;
+/// residual. Kernels of one pixel are drawn to about 1e-3, larger ones better.
+const PICTURE_ERROR: f64 = 1e-3;
 /// Share of the progress taken by the search for lights.
 pub(super) const LIGHTS_SHARE: f64 = 0.2;
 /// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical

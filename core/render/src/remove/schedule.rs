@@ -6,6 +6,14 @@
 
 use super::admm::{Problem, Refinement};
 
+/// l times the mean gradient at the start where the prior of patches follows: that removes the noise that is left, but cannot restore
+/// what total variation has flattened.
+const WEIGHT_BEFORE_PATCHES: f64 = 0.05;
+/// The same where it does not follow, which is what gradients with a Laplacian distribution ask for.
+const WEIGHT: f64 = 1.0;
+/// The same where depth varies.
+const WEIGHT_IN_DEPTH: f64 = 0.3;
+
 /// Share of the progress that the iterations take where a refinement follows them.
 pub(super) const ITERATIONS_SHARE: f64 = 0.6;
 /// Largest number of iterations, in least numbers: a plate without noise takes the longest to explain.
@@ -37,10 +45,14 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// Returns the schedule of `problem`.
-    pub(super) fn of(problem: &Problem) -> Self {
+    /// Returns the schedule of `problem`, which the prior of patches follows or not.
+    pub(super) fn of(problem: &Problem, patches_follow: bool) -> Self {
         let flat = Self {
-            weight: 0.3,
+            weight: if patches_follow {
+                WEIGHT_BEFORE_PATCHES
+            } else {
+                WEIGHT
+            },
             start: 1.5,
             start_noise: 0.5,
             decay: 0.8,
@@ -54,6 +66,7 @@ impl Schedule {
         match problem.refinement {
             Refinement::Run if problem.operator.is_flat() => flat,
             Refinement::Run => Self {
+                weight: WEIGHT_IN_DEPTH,
                 start: 3.0,
                 decay: 0.75,
                 residual_share: 1.0,
