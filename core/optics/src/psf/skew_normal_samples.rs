@@ -1,16 +1,11 @@
-//! The normal distribution function, and SIMD code that samples skew-normal densities.
+//! SIMD code that samples skew-normal densities.
 //!
-//! The SIMD code is plain single-precision arithmetic in blocks of [`LANES`], without branches and without fused
+//! It is plain single-precision arithmetic in blocks of [`LANES`], without branches and without fused
 //! multiply-adds, so that every instruction set gives the same bits. Callers enter it through
 //! `pulp::Arch::dispatch`, which selects the instruction set at run time.
 
 use super::{SampleGrid, SkewNormalDensity};
 use std::ops::Range;
-
-/// Returns the normal distribution function, within 1e-15 (absolute; relative in the tails).
-pub fn normal_cdf(z: f64) -> f64 {
-    0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
-}
 
 /// Samples per block: the widest SIMD vector of 32-bit numbers (AVX-512).
 pub(super) const LANES: usize = 16;
@@ -277,7 +272,7 @@ fn cdf(w: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::psf::{Mixture, T_MAX};
+    use crate::psf::{Mixture, T_MAX, normal_cdf};
 
     #[test]
     fn approximations_hold_their_bounds() {
