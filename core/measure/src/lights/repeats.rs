@@ -3,7 +3,7 @@
 //! Photographs at one distance show the same lights. Where most of them are found again, the frames are taken as repeats:
 //! the median shift is that of the camera, and a light that departs from it has moved.
 
-use crate::lights::MeasuredLight;
+use super::MeasuredLight;
 use crate::rejection::{LeftOut, Reason};
 use crate::robust::median;
 
