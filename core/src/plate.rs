@@ -60,13 +60,6 @@ impl Plate {
         self.holdout = holdout;
         self
     }
-
-    /// The same plate with this `background`.
-    #[must_use]
-    pub fn with_background(mut self, background: Option<Background>) -> Self {
-        self.background = background;
-        self
-    }
 }
 
 /// Place of a plate in the frame of a lens. The display window lies centre on centre with the frame.
