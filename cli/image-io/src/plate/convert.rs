@@ -16,15 +16,12 @@ use crate::windows::{ImageWindows, crop_or_pad};
 const MAX_NAMED_CHANNELS: usize = 12;
 
 impl Plate {
-    /// Writes the plate in the format `target`, which is not its own. Returns warnings about everything that changes.
+    /// Writes the plate in the format of `row`, which is not its own. Returns warnings about everything that changes.
     ///
     /// # Errors
     /// A display window that is too large to be stored without a data window, and a target that cannot be written.
-    pub(super) fn convert(
-        &self,
-        path: &Path,
-        (target, implementation): Row,
-    ) -> Result<Vec<String>> {
+    pub(super) fn convert(&self, path: &Path, row: Row) -> Result<Vec<String>> {
+        let (target, implementation) = row;
         let capabilities = target.capabilities;
         let mut warnings = self.lost_metadata(target, capabilities);
         let texts = self.new_texts(capabilities, &mut warnings);
