@@ -1,7 +1,8 @@
 //! Numbers, names and places as text.
 
-use seidel_core::calibrate::diagnose::{Place, Value, cause_words};
+use seidel_core::calibrate::diagnose::{Place, cause_words};
 use seidel_core::distance::ObjectDistance;
+use seidel_core::effects::FittedValue;
 
 use crate::pictures::{decimals, significant};
 
@@ -98,7 +99,7 @@ pub(super) fn probability(probability: f64) -> String {
 }
 
 /// Formats a value with its standard error, both to two digits of the error.
-pub(super) fn value(value: &Value) -> String {
+pub(super) fn value(value: &FittedValue) -> String {
     if value.sigma <= 0.0 {
         return minus_sign(&significant(value.value, 4));
     }
@@ -217,7 +218,7 @@ mod tests {
         assert_eq!(gap(0.000_047), "0.0047\u{a0}%");
         assert_eq!(round_gap(0.01), "1\u{a0}%");
         assert_eq!(probability(1e-9), "<\u{a0}0.1\u{a0}%");
-        let mut v = Value {
+        let mut v = FittedValue {
             name: "w060",
             channel: None,
             unit: "px",

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use seidel_optics::distance::ObjectDistance;
+use seidel_optics::effects::FittedValue;
 use seidel_optics::field::ImagePoint;
 use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
@@ -144,7 +145,7 @@ pub struct Cause {
     /// Parameters of the best fit.
     #[serde(flatten, serialize_with = "by_name")]
     #[schemars(with = "NamedParameters")]
-    pub parameters: Vec<Value>,
+    pub parameters: Vec<FittedValue>,
 }
 
 /// An effect with its plain words.
@@ -180,37 +181,12 @@ struct NamedParameters {
     parameters_sigma: BTreeMap<String, f64>,
 }
 
-fn by_name<S: Serializer>(values: &[Value], serializer: S) -> Result<S::Ok, S::Error> {
+fn by_name<S: Serializer>(values: &[FittedValue], serializer: S) -> Result<S::Ok, S::Error> {
     NamedParameters {
         parameters: values.iter().map(|v| (v.key(), v.value)).collect(),
         parameters_sigma: values.iter().map(|v| (v.key(), v.sigma)).collect(),
     }
     .serialize(serializer)
-}
-
-/// The value of an effect's parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Value {
-    /// Name of the parameter.
-    pub name: &'static str,
-    /// Channel of a parameter that channels do not share.
-    pub channel: Option<String>,
-    /// Unit.
-    pub unit: &'static str,
-    /// Value.
-    pub value: f64,
-    /// Standard error; zero for an integer parameter.
-    pub sigma: f64,
-}
-
-impl Value {
-    /// Returns the name used in reports, followed by the channel if there is one.
-    pub fn key(&self) -> String {
-        match &self.channel {
-            Some(channel) => format!("{}.{channel}", self.name),
-            None => self.name.to_owned(),
-        }
-    }
 }
 
 /// Two or three effects tried together.

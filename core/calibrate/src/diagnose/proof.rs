@@ -1,21 +1,21 @@
 //! Final fit of the selected effects, with cross-validated figures.
 
-use super::amounts::amount;
 use super::cause_words::title;
-use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap, Value};
+use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap};
 use super::explainable;
 use super::gap_problem::{GapProblem, damped_update};
 use super::hypothesis::Hypothesis;
 use super::jitter;
 use super::model_share::ModelShare;
 use super::next_capture::{self, Situation};
+use super::one_distance;
 use super::places;
 use super::prediction::TilePredictor;
 use super::search::{Candidate, HypothesisSearch, LEFT_OUT_DAMPING, standard_errors};
 use super::shape;
 use super::tiles::{FOLDS, TileData, TileSet};
 use super::verdict::{Decision, GapStatistics};
-use seidel_optics::effects::Effect;
+use seidel_optics::effects::{self, Effect, Fitted, FittedValue};
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
@@ -69,8 +69,12 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
     };
     let decision = found.decision;
     let mut causes = causes(&found, &last);
+    let scale = found.lens.scale();
     for cause in &mut causes {
-        cause.amount = amount(cause.effect, &cause.parameters, found.lens);
+        if let Ok(effect) = effects::by_id(cause.effect) {
+            let amount = effect.fitted_amount(Fitted(&cause.parameters), &scale);
+            cause.amount = amount.unwrap_or_default();
+        }
     }
     let tile_gaps: Vec<TileGap> = tiles
         .iter()
@@ -322,7 +326,7 @@ fn values(
     sigma: &[f64],
     id: &str,
     channels: &[PupilChannel],
-) -> Vec<Value> {
+) -> Vec<FittedValue> {
     let Some(part) = hypothesis.parts.iter().position(|(e, _)| e.id() == id) else {
         return Vec::new();
     };
@@ -330,7 +334,7 @@ fn values(
     let mut all = Vec::new();
     for (index, parameter) in effect.parameters().iter().enumerate() {
         let mut push = |channel: Option<usize>, value: f64, sigma: f64| {
-            all.push(Value {
+            all.push(FittedValue {
                 name: parameter.name,
                 channel: channel.map(|c| channels[c].name.clone()),
                 unit: parameter.unit,
@@ -423,11 +427,12 @@ fn remarks(found: &Findings) -> Vec<String> {
     distances.sort_by(f64::total_cmp);
     distances.dedup();
     if distances.len() == 1 {
-        remarks.push(format!(
-            "all PSFs are at one distance, where {} and {} look alike unless the size of the image changes",
-            title("defocus_offset"),
-            title("depth_scale")
-        ));
+        remarks.extend(one_distance::alike().map(|pair| {
+            let [one, other] = pair.map(title);
+            format!(
+                "all PSFs are at one distance, where {one} and {other} look alike unless the size of the image changes"
+            )
+        }));
     }
     if found.set.channels.len() < found.channels.len() {
         remarks.push("the set lacks some of the lens's channels".to_owned());

@@ -1,6 +1,10 @@
 //! Axial colour: focus differs between channels.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
+use super::amount::joined;
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint, Scope,
+    SearchStart, Symmetry,
+};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -29,12 +33,37 @@ static PARAMETERS: [Parameter; 1] = [Parameter::new(
 .scope(Scope::Difference)];
 
 impl Effect for AxialColour {
-    fn id(&self) -> &'static str {
-        "axial_colour"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "axial_colour",
+            summary: "focus differs by wavelength: defocus differs by channel, the same over the field",
+            title: "axial colour",
+            meaning: "The colour channels focus at different distances.",
+            action: "Use corrected.json, or fit the lens to PSFs of all channels. If it was right before, look for another light source or a filter in the beam.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                two_stops_down: "the difference in focus shrinks with the pupil",
+                other_side_of_focus: "the colour order of the discs flips",
+                ..Responses::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "focus differs by wavelength: defocus differs by channel, the same over the field"
+    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+        let channels = fitted.by_channel("alpha").map(|(channel, alpha)| {
+            match (lens.mm_per_px(), lens.side(-alpha.value)) {
+                (Some(mm), Some(side)) => format!(
+                    "channel {channel} focuses {} {side} the middle channel",
+                    alpha.quantity(mm, "mm")
+                ),
+                _ => format!(
+                    "channel {channel} is {} out of focus against the middle channel",
+                    alpha.quantity(1.0, "px")
+                ),
+            }
+        });
+        joined(channels.collect())
     }
 
     fn parameters(&self) -> &'static [Parameter] {

@@ -1,6 +1,10 @@
 //! Constant defocus: an error of sensor position or focus.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::amount::quantity;
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -29,13 +33,54 @@ static PARAMETERS: [Parameter; 2] = [
     .within(-500.0, 500.0),
 ];
 
+impl DefocusOffset {
+    /// Index of the parameter that changes the size of the image.
+    pub(super) const MAGNIFICATION: usize = 1;
+}
+
 impl Effect for DefocusOffset {
-    fn id(&self) -> &'static str {
-        "defocus_offset"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "defocus_offset",
+            summary: "sensor or focus are not where the camera says: the same extra defocus everywhere",
+            title: "a focus offset",
+            meaning: "The sensor or the focus ring is not where the camera says: every point is out of focus by the same amount.",
+            action: "Set the focus to the stated distance again and repeat one PSF. If the offset returns, have the flange distance (shims of the mount) adjusted, or render with corrected.json.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                two_stops_down: Responses::SHRINKS,
+                other_side_of_focus: Responses::ADDS,
+                second_distance: "the extra defocus is the same at both distances",
+                ..Responses::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "sensor or focus are not where the camera says: the same extra defocus everywhere"
+    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+        let alpha = fitted.of("alpha")?;
+        let sensor = match (lens.mm_per_px(), lens.side(alpha.value)) {
+            (Some(mm), Some(side)) => {
+                let length = alpha.quantity(mm, "mm");
+                format!("the sensor sits {length} {side} the stated focus")
+            }
+            (Some(mm), None) => format!(
+                "the sensor sits {} off the stated focus, on a side that one distance does not show",
+                alpha.quantity(mm, "mm")
+            ),
+            _ => format!(
+                "points in focus become discs of {} radius",
+                alpha.quantity(1.0, "px")
+            ),
+        };
+        let (Some(slope), Some(stated)) = (lens.slope_px_m, lens.focus_per_m) else {
+            return Some(sensor);
+        };
+        Some(format!(
+            "{sensor}: the paraxial focus is at {}, that of the profile at {}",
+            metres(stated - alpha.value / slope),
+            metres(stated)
+        ))
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -65,6 +110,17 @@ impl Effect for DefocusOffset {
             values[0].scaled(ratios.pupil / ratios.image_distance),
             values[1].scaled(1.0 / ratios.image_distance),
         ]
+    }
+}
+
+/// Formats the distance of vergence `v`, 1/m.
+fn metres(v: f64) -> String {
+    if v < -1e-3 {
+        "beyond infinity".to_owned()
+    } else if v < 1e-3 {
+        "infinity".to_owned()
+    } else {
+        quantity(1.0 / v, 0.0, "m")
     }
 }
 

@@ -1,6 +1,9 @@
 //! Object distances wrong by a factor.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, DefocusOffset, Description, Effect, Fitted, LensScale, OneDistanceTwin,
+    Parameter, Responses, ScenePoint, SearchStart, Symmetry,
+};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -34,12 +37,40 @@ static PARAMETERS: [Parameter; 2] = [
 ];
 
 impl Effect for DepthScale {
-    fn id(&self) -> &'static str {
-        "depth_scale"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "depth_scale",
+            summary: "object distances are wrong by a factor: defocus wrong in proportion to vergence",
+            title: "wrong object distances",
+            meaning: "The stated object distances are wrong by one factor, for example measured from another point than the entrance pupil.",
+            action: "Measure the distances again, in metres from the entrance pupil. Correct depth_m in the manifest, and fit or diagnose again.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                two_stops_down: Responses::SHRINKS,
+                other_side_of_focus: Responses::ADDS,
+                second_distance: "the extra defocus grows with 1 / distance",
+                ..Responses::NONE
+            },
+            // A lens that was fitted at one distance has no law by which wrong distances could act.
+            one_distance_twin: Some(OneDistanceTwin {
+                effect: &DefocusOffset,
+                without: DefocusOffset::MAGNIFICATION,
+            }),
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "object distances are wrong by a factor: defocus wrong in proportion to vergence"
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        let factor = fitted.of("factor")?;
+        let pivot = if fitted.number("pivot") > 0.5 {
+            ", and so is the distance in focus"
+        } else {
+            ""
+        };
+        Some(format!(
+            "true distances are {} times the stated ones{pivot}",
+            factor.quantity(1.0, "")
+        ))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

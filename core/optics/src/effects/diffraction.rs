@@ -1,6 +1,9 @@
 //! Diffraction.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `diffraction`: light is drawn as a wave.
@@ -29,12 +32,25 @@ static PARAMETERS: [Parameter; 1] = [Parameter::new(
 .step(0.2)];
 
 impl Effect for Diffraction {
-    fn id(&self) -> &'static str {
-        "diffraction"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "diffraction",
+            summary: "light is a wave: an Airy pattern, wider for red and for small apertures",
+            title: "diffraction",
+            meaning: "The stop is so small against the pixels that light spreads as a wave, in an Airy pattern.",
+            action: "Use corrected.json. Make sure that f-number, pixel pitch and wavelengths of the profile are those of the camera.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                two_stops_down: "the blur grows",
+                ..Responses::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "light is a wave: an Airy pattern, wider for red and for small apertures"
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        let number = fitted.of("f_number")?;
+        Some(format!("as at f/{}", number.quantity(1.0, "")))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

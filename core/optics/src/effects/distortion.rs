@@ -1,6 +1,10 @@
 //! Distortion: magnification changes with field.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::amount::{outwards, quantity};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, Fitted, LensScale, Parameter, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `distortion`: images land off their ideal position along the meridian, equally in all channels.
@@ -37,12 +41,28 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for Distortion {
-    fn id(&self) -> &'static str {
-        "distortion"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "distortion",
+            summary: "magnification changes with field: pictures land radially off, alike in every channel",
+            title: "distortion",
+            meaning: "The magnification changes with the field: PSFs lie radially off their ideal positions, alike in every channel.",
+            action: "Check the ideal positions and the focal length, and that neither camera nor raw converter undistorts one of the sets. Then use corrected.json.",
+            field_need: FieldNeed::Radii,
+            symmetry: Symmetry::Round,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "magnification changes with field: pictures land radially off, alike in every channel"
+    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+        fitted.of("linear")?;
+        let shift: f64 = PARAMETERS.iter().map(|p| fitted.number(p.name)).sum();
+        let share = 100.0 * shift.abs() / lens.half_width_px;
+        Some(format!(
+            "points at the side of the frame land {} ({} of their distance from the axis)",
+            outwards(shift),
+            quantity(share, 0.0, "%")
+        ))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

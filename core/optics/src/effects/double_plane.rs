@@ -1,7 +1,9 @@
 //! Anamorphic lenses to fifth order: a wavefront even in x and even in y, but not rotationally symmetric.
 
 use super::monomials::{FieldMonomial, apply, monomial, rescaled};
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `double_plane`: aberrations that differ between the x and the y section, in a lens with cylindrical elements.
@@ -122,17 +124,27 @@ impl DoublePlane {
 }
 
 impl Effect for DoublePlane {
-    fn id(&self) -> &'static str {
-        "double_plane"
-    }
-
-    fn summary(&self) -> &'static str {
-        "the lens has two planes of symmetry: aberrations differ between x and y"
-    }
-
-    // A lens is designed so.
-    fn is_cause(&self) -> bool {
-        false
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "double_plane",
+            summary: "the lens has two planes of symmetry: aberrations differ between x and y",
+            title: "two planes of symmetry",
+            meaning: "The lens has cylindrical elements, as anamorphic lenses do, so its aberrations differ along x and along y.",
+            action: "Fit the lens again with `seidel fit --model extended` and PSFs in all quarters of the frame.",
+            // A lens is designed so.
+            is_cause: false,
+            fits_chief_ray: true,
+            symmetry: Symmetry::TwoPlanes,
+            fit: FitPart {
+                used: COUNT,
+                // The difference of defocus between the planes follows the object's distance.
+                linear: 1,
+                starts: || vec![vec![0.0; COUNT]],
+                worth: 0.5,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -151,10 +163,6 @@ impl Effect for DoublePlane {
             x * (shifts[0] + shifts[1] * x * x + shifts[2] * y * y),
             shifts[3] * y * y * y,
         ]
-    }
-
-    fn fits_chief_ray(&self) -> bool {
-        true
     }
 
     fn starts(&self) -> Vec<SearchStart> {

@@ -1,7 +1,10 @@
 //! Fifth-order aberrations: the eight wave terms of sixth degree in pupil and field.
 
 use super::meridional_terms::{MeridionalTerm, apply, coefficient, rescaled};
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Parameter, Responses, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `higher_order`: higher-order spherical aberration, oblique spherical aberration, and coma, astigmatism and field
@@ -42,12 +45,29 @@ static PARAMETERS: [Parameter; 8] = [
 ];
 
 impl Effect for HigherOrder {
-    fn id(&self) -> &'static str {
-        "higher_order"
-    }
-
-    fn summary(&self) -> &'static str {
-        "fifth-order aberrations: rings and flares in discs, corners that grow worse faster"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "higher_order",
+            summary: "fifth-order aberrations: rings and flares in discs, corners that grow worse faster",
+            title: "fifth-order aberrations",
+            meaning: "The lens has stronger fifth-order aberrations than its profile: rings and flares in its discs, corners that worsen faster.",
+            action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners. If an extended profile was right before, have the spacing of the elements checked.",
+            field_need: FieldNeed::Radii,
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                far_out_of_focus: Some("the discs have rings and flares"),
+                two_stops_down: "rings and flares vanish first",
+                other_side_of_focus: "bright rims turn into soft ones",
+                ..Responses::NONE
+            },
+            fit: FitPart {
+                used: 8,
+                starts: || vec![vec![0.0; 8]],
+                from_edges: true,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn parameters(&self) -> &'static [Parameter] {

@@ -1,6 +1,10 @@
 //! Lateral colour: magnification differs between channels.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
+use super::amount::{joined, outwards};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, Fitted, LensScale, Parameter, ScenePoint, Scope,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `lateral_colour`: the image has another magnification in each channel.
@@ -35,12 +39,28 @@ static PARAMETERS: [Parameter; 2] = [
 ];
 
 impl Effect for LateralColour {
-    fn id(&self) -> &'static str {
-        "lateral_colour"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "lateral_colour",
+            summary: "magnification differs by wavelength: channels are shifted radially against each other",
+            title: "lateral colour",
+            meaning: "The colour channels have different magnifications: they are shifted against each other towards the corners.",
+            action: "Use corrected.json. First make sure that neither camera nor raw converter corrects chromatic aberration in one of the sets.",
+            field_need: FieldNeed::Radii,
+            symmetry: Symmetry::Round,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "magnification differs by wavelength: channels are shifted radially against each other"
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        let linear = fitted.by_channel("linear");
+        let channels = linear.map(|(channel, linear)| {
+            let cubic = fitted.by_channel("cubic").find(|(c, _)| *c == channel);
+            let shift = linear.value + cubic.map_or(0.0, |(_, v)| v.value);
+            format!("channel {channel} {}", outwards(shift))
+        });
+        let channels = joined(channels.collect())?;
+        Some(format!("at the side of the frame, {channels}"))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

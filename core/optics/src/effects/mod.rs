@@ -1,9 +1,10 @@
 //! Effects: properties of real lenses beyond the third-order model.
 //!
 //! An [`Effect`] changes the [`LocalPupil`] of a point: it adds wavefront terms, adds stops, changes the transmission or
-//! the sensor. It may also shift the chief ray. Lens profiles name effects by identifier. Each effect has a file; all of
-//! them are listed in [`ALL`].
+//! the sensor. It may also shift the chief ray. Each effect has a file, which holds everything that is known of it, its words in
+//! reports among that; all of them are listed in [`ALL`]. Lens profiles name effects by identifier; no code elsewhere does.
 
+mod amount;
 mod anamorphic;
 mod aperture_polygon;
 mod apodisation;
@@ -11,11 +12,13 @@ mod axial_colour;
 mod decentre;
 mod defocus_offset;
 mod depth_scale;
+mod description;
 mod diffraction;
 mod distortion;
 mod double_plane;
 mod higher_order;
 mod lateral_colour;
+mod lens_scale;
 mod meridional_terms;
 mod monomials;
 mod motion;
@@ -28,6 +31,7 @@ mod tone_curve;
 mod veiling_glare;
 mod vignetting;
 
+pub use amount::{Fitted, FittedValue};
 pub use anamorphic::Anamorphic;
 pub use aperture_polygon::AperturePolygon;
 pub use apodisation::Apodisation;
@@ -35,11 +39,13 @@ pub use axial_colour::AxialColour;
 pub use decentre::Decentre;
 pub use defocus_offset::DefocusOffset;
 pub use depth_scale::DepthScale;
+pub use description::{Description, FieldNeed, FitPart, OneDistanceTwin, Responses, Symmetry};
 pub use diffraction::Diffraction;
 pub use distortion::Distortion;
 pub use double_plane::DoublePlane;
 pub use higher_order::HigherOrder;
 pub use lateral_colour::LateralColour;
+pub use lens_scale::LensScale;
 pub use motion::Motion;
 pub use obstruction::Obstruction;
 pub use pixel_footprint::PixelFootprint;
@@ -196,16 +202,12 @@ impl ControlRatios {
 
 /// An effect beyond the third-order lens model.
 pub trait Effect: Send + Sync {
-    /// The stable identifier used in profiles and reports.
-    fn id(&self) -> &'static str;
+    /// Returns the fixed facts of the effect: its words, and how fits, diagnoses and pages treat it.
+    fn description(&self) -> &'static Description;
 
-    /// Cause and appearance, in a line.
-    fn summary(&self) -> &'static str;
-
-    /// Returns whether a lens can gain the effect after its design: a diagnosis then tries it as a cause of a gap. Other
-    /// effects only describe lenses.
-    fn is_cause(&self) -> bool {
-        true
+    /// Returns the stable identifier used in profiles and reports.
+    fn id(&self) -> &'static str {
+        self.description().id
     }
 
     /// The parameters, in the order of the values of [`Effect::apply`].
@@ -229,10 +231,15 @@ pub trait Effect: Send + Sync {
         None
     }
 
-    /// Returns whether a fit of the effect includes the shift of the chief ray. That of other fitted effects is part of the
-    /// magnification and distortion of the lens.
-    fn fits_chief_ray(&self) -> bool {
-        false
+    /// Returns what the values of a diagnosis amount to in the units of the camera, with standard errors, in words; `None` where
+    /// few words do not describe them.
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        fitted.largest()
+    }
+
+    /// Returns the symmetry over the field of the effect with `values`.
+    fn symmetry(&self, _values: &[VergenceSeries]) -> Symmetry {
+        self.description().symmetry
     }
 
     /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
@@ -269,7 +276,9 @@ pub static ALL: &[&dyn Effect] = &[
 
 /// Returns the effects that a diagnosis tries as causes of a gap.
 pub fn causes() -> impl Iterator<Item = &'static dyn Effect> {
-    ALL.iter().copied().filter(|effect| effect.is_cause())
+    ALL.iter()
+        .copied()
+        .filter(|effect| effect.description().is_cause)
 }
 
 /// Returns the position of `effect` in [`ALL`].

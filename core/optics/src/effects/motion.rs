@@ -1,6 +1,9 @@
 //! Camera motion during the exposure.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
+    SearchStart,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `motion`: linear motion blur.
@@ -29,12 +32,28 @@ static PARAMETERS: [Parameter; 4] = [
 ];
 
 impl Effect for Motion {
-    fn id(&self) -> &'static str {
-        "motion"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "motion",
+            summary: "the camera moved in the exposure: the same streak everywhere, in every channel",
+            title: "camera motion",
+            meaning: "Camera or target moved during the exposure: the same streak everywhere, in every channel.",
+            action: "Re-shoot from a firm support with a remote release and a shorter exposure. Do not keep this in the profile: it belongs to these pictures, not to the lens.",
+            responses: Responses {
+                shorter_exposure: "the streak shortens",
+                ..Responses::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "the camera moved in the exposure: the same streak everywhere, in every channel"
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        let streak = fitted.vector("x", "y")?;
+        let angle = streak.y.atan2(streak.x).to_degrees().rem_euclid(180.0);
+        Some(format!(
+            "a streak of {}, {angle:.0} degrees from image x towards y",
+            streak.quantity(1.0, "px")
+        ))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

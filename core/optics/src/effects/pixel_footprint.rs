@@ -1,6 +1,9 @@
 //! Pixel aperture and optical low-pass filter.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, ScenePoint, SearchStart,
+    Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `pixel_footprint`: the sensor gathers light from more than the area of each pixel.
@@ -28,12 +31,35 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for PixelFootprint {
-    fn id(&self) -> &'static str {
-        "pixel_footprint"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "pixel_footprint",
+            summary: "pixels and low-pass filter have a size: a box or four close copies, alike everywhere",
+            title: "the pixel footprint",
+            meaning: "The pixels or the optical low-pass filter in front of them spread light more than the profile assumes, alike everywhere.",
+            action: "Use corrected.json for this camera. The cause is the sensor, not the lens: another camera needs another value. Make sure that no picture was scaled or sharpened.",
+            symmetry: Symmetry::TwoPlanes,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "pixels and low-pass filter have a size: a box or four close copies, alike everywhere"
+    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+        let size = fitted.of("box")?;
+        let micrometres = lens.pitch_um.map_or(String::new(), |pitch| {
+            format!(" ({})", size.quantity(pitch, "µm"))
+        });
+        let mut words = format!(
+            "a box of {}{micrometres} besides the pixel itself",
+            size.quantity(1.0, "px")
+        );
+        if let (Some(x), Some(y)) = (fitted.of("copies_x"), fitted.of("copies_y")) {
+            words += &format!(
+                "; copies {} apart along x and {} along y",
+                x.quantity(1.0, "px"),
+                y.quantity(1.0, "px")
+            );
+        }
+        Some(words)
     }
 
     fn parameters(&self) -> &'static [Parameter] {

@@ -1,6 +1,10 @@
 //! An iris of another size than stated.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::amount::quantity;
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `pupil_scale`: the pupil is `radius` times as wide as the one that the lens was measured with.
@@ -29,12 +33,22 @@ static PARAMETERS: [Parameter; 1] = [Parameter::new(
 .step(0.01)];
 
 impl Effect for PupilScale {
-    fn id(&self) -> &'static str {
-        "pupil_scale"
-    }
-
-    fn summary(&self) -> &'static str {
-        "the f-number is not the stated one: all blur is scaled by the radius of the pupil"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "pupil_scale",
+            summary: "the f-number is not the stated one: all blur is scaled by the radius of the pupil",
+            title: "a wrong f-number",
+            meaning: "The f-number is not the stated one: the stop has another size, or a T-stop was taken for an f-stop, so all blur is scaled alike.",
+            action: "Correct the stated f-number in the manifest or the profile (camera.f_number), and fit or diagnose again. A T-stop includes the light loss of the glass, so it is always the larger number. If the stated number is right, have the iris checked.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                far_out_of_focus: Some("both discs are whole and of another size than stated"),
+                two_stops_down: Responses::SHRINKS,
+                other_side_of_focus: "discs on both sides are scaled alike",
+                ..Responses::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn amount(&self, values: &[f64]) -> Option<String> {
@@ -45,6 +59,19 @@ impl Effect for PupilScale {
         Some(format!(
             "f-number {:.2} times the stated one ({stops:+.1} stops)",
             1.0 / radius
+        ))
+    }
+
+    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+        let scale = fitted.0.first()?;
+        let stated = lens.f_number.filter(|_| scale.value > 0.0);
+        let number = stated.map_or(String::new(), |n| {
+            let found = quantity(n / scale.value, n / scale.value.powi(2) * scale.sigma, "");
+            format!(": f/{found} instead of f/{n}")
+        });
+        Some(format!(
+            "the pupil is {} times as wide as stated{number}",
+            scale.quantity(1.0, "")
         ))
     }
 

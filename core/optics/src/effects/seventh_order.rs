@@ -1,7 +1,9 @@
 //! Seventh-order aberrations: the thirteen wave terms of eighth degree in pupil and field.
 
 use super::meridional_terms::{MeridionalTerm, apply, coefficient, rescaled};
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `seventh_order`: spherical aberration of the eighth degree, and oblique aberrations that grow faster still with field.
@@ -51,17 +53,24 @@ static PARAMETERS: [Parameter; 13] = [
 ];
 
 impl Effect for SeventhOrder {
-    fn id(&self) -> &'static str {
-        "seventh_order"
-    }
-
-    fn summary(&self) -> &'static str {
-        "seventh-order aberrations: corners that differ from fifth order"
-    }
-
-    // A lens is designed so.
-    fn is_cause(&self) -> bool {
-        false
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "seventh_order",
+            summary: "seventh-order aberrations: corners that differ from fifth order",
+            title: "seventh-order aberrations",
+            meaning: "The lens has aberrations of seventh order, which show in the corners of fast and wide lenses.",
+            action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners.",
+            // A lens is designed so.
+            is_cause: false,
+            symmetry: Symmetry::Round,
+            fit: FitPart {
+                used: 13,
+                starts: || vec![vec![0.0; 13]],
+                worth: 0.1,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn parameters(&self) -> &'static [Parameter] {

@@ -100,6 +100,23 @@ fn identifiers_and_parameters_are_sound() {
 }
 
 #[test]
+fn every_effect_has_words_of_its_own() {
+    for (index, effect) in ALL.iter().enumerate() {
+        let (id, words) = (effect.id(), effect.description());
+        let others = ALL[..index].iter().map(|e| e.description().title);
+        assert!(others.into_iter().all(|title| title != words.title), "{id}");
+        let is_plain = !words.title.is_empty() && (words.title != id || !id.contains('_'));
+        assert!(is_plain, "{id} needs a plain title");
+        for sentence in [words.meaning, words.action] {
+            assert!(sentence.ends_with('.'), "{sentence}");
+            let mut raw = ALL.iter().map(|e| e.id()).filter(|id| id.contains('_'));
+            assert!(raw.all(|raw| !sentence.contains(raw)), "{sentence}");
+        }
+        assert_eq!(words.meaning.matches(". ").count(), 0, "one sentence: {id}");
+    }
+}
+
+#[test]
 fn neutral_values_have_no_effect() {
     for effect in ALL {
         let still = applied(*effect, &neutral(*effect));

@@ -1,6 +1,9 @@
 //! Nonlinear pixel values.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 use crate::sensor::Tone;
 
@@ -37,12 +40,30 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for ToneCurve {
-    fn id(&self) -> &'static str {
-        "tone_curve"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "tone_curve",
+            summary: "values are not proportional to light: cores compressed against skirts, or clipped",
+            title: "a tone curve",
+            meaning: "Pixel values are not proportional to light: bright cores are compressed, stretched or clipped.",
+            action: "Develop the pictures scene-linear, without picture profile, and expose so that nothing clips. Then measure the PSFs again.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                shorter_exposure: "bright cores are compressed less",
+                ..Responses::NONE
+            },
+            // It acts on the light of the plate, not on that of PSFs.
+            in_pictures: false,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "values are not proportional to light: cores compressed against skirts, or clipped"
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        let gamma = fitted.of("gamma")?;
+        Some(format!(
+            "values follow light to the power {}",
+            gamma.quantity(1.0, "")
+        ))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

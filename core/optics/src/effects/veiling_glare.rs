@@ -1,6 +1,10 @@
 //! Veiling glare: scattered light.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
+use super::amount::joined;
+use super::{
+    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint, Scope,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 use crate::sensor::Halo;
 
@@ -35,12 +39,32 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for VeilingGlare {
-    fn id(&self) -> &'static str {
-        "veiling_glare"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "veiling_glare",
+            summary: "light scatters in lens and sensor: a faint wide halo around every point",
+            title: "veiling glare",
+            meaning: "Light scatters in lens or sensor: a faint wide halo around every point.",
+            action: "Clean front and rear element and filters, shade the lens, and re-shoot. If the halo stays, use corrected.json.",
+            symmetry: Symmetry::Round,
+            responses: Responses {
+                dark_surround: "its halo goes on far beyond the tile",
+                ..Responses::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "light scatters in lens and sensor: a faint wide halo around every point"
+    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+        let shares = fitted.by_channel("share").map(|(channel, share)| {
+            let share = share.quantity(100.0, "%");
+            format!("{share} of the light of channel {channel}")
+        });
+        let shares = joined(shares.collect())?;
+        let radius = fitted.of("radius").map_or(String::new(), |radius| {
+            format!(", in a halo of radius {}", radius.quantity(1.0, "px"))
+        });
+        Some(format!("{shares} scatters{radius}"))
     }
 
     fn parameters(&self) -> &'static [Parameter] {

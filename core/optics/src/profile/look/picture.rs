@@ -1,6 +1,6 @@
 //! A picture of an aperture as an effect of a channel.
 
-use crate::effects::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use crate::effects::{ControlRatios, Description, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{AperturePicture, LocalPupil, PictureMask, VergenceSeries};
 
 /// Identifier of the effect. Profiles in files do not have it: they hold no picture.
@@ -18,16 +18,13 @@ static PARAMETERS: [Parameter; 1] = [Parameter {
 }];
 
 impl Effect for AperturePicture {
-    fn id(&self) -> &'static str {
-        ID
-    }
-
-    fn summary(&self) -> &'static str {
-        "the aperture has a shape of its own: discs show it"
-    }
-
-    fn is_cause(&self) -> bool {
-        false
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: ID,
+            summary: "the aperture has a shape of its own: discs show it",
+            is_cause: false,
+            ..Description::DEFAULT
+        }
     }
 
     fn parameters(&self) -> &'static [Parameter] {
