@@ -131,17 +131,17 @@ pub(super) fn distance(distance: ObjectDistance) -> String {
 
 /// Returns the name of an effect in plain words; its identifier where it has none.
 pub(super) fn title(id: &str) -> &str {
-    cause_words(id).map_or(id, |words| words.title)
+    cause_words(id).title
 }
 
 /// Returns the meaning of an effect for the lens or the camera.
 pub(super) fn meaning(id: &str) -> &'static str {
-    cause_words(id).map_or("", |words| words.meaning)
+    cause_words(id).meaning
 }
 
 /// Returns the advice on what to do about an effect.
 pub(super) fn action(id: &str) -> &'static str {
-    cause_words(id).map_or("", |words| words.action)
+    cause_words(id).action
 }
 
 /// Joins names as `a`, `a and b`, or `a, b and c`, with `last` for the conjunction.

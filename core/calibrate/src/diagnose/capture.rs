@@ -1,7 +1,7 @@
 //! Captures that a diagnosis can recommend.
 
 use schemars::JsonSchema;
-use seidel_optics::effects::{Effect, Responses};
+use seidel_optics::effects::{Description, Effect};
 use serde::Serialize;
 
 /// A capture that settles which of several causes is right.
@@ -96,16 +96,16 @@ impl Capture {
 
     /// Returns the response of `effect` to the capture; `None` if the capture does not show the effect.
     pub(super) fn response(self, effect: &dyn Effect) -> Option<&'static str> {
-        let responses = &effect.description().responses;
+        let change = effect.description();
         match self {
-            Self::ShorterExposure => Some(responses.shorter_exposure),
-            Self::FarOutOfFocus => responses.far_out_of_focus,
-            Self::TwoStopsDown => Some(responses.two_stops_down),
-            Self::OtherSideOfFocus => Some(responses.other_side_of_focus),
-            Self::SecondDistance => Some(responses.second_distance),
-            Self::DarkSurround => Some(responses.dark_surround),
+            Self::ShorterExposure => Some(change.shorter_exposure),
+            Self::FarOutOfFocus => change.far_out_of_focus,
+            Self::TwoStopsDown => Some(change.two_stops_down),
+            Self::OtherSideOfFocus => Some(change.other_side_of_focus),
+            Self::SecondDistance => Some(change.second_distance),
+            Self::DarkSurround => Some(change.dark_surround),
             Self::None | Self::MorePlaces | Self::StoppedDownAndTurned => {
-                Some(Responses::UNCHANGED)
+                Some(Description::UNCHANGED)
             }
         }
     }
@@ -133,7 +133,7 @@ mod tests {
         for effect in effects::causes().filter(|e| !shifts.contains(&e.id())) {
             let answers = |capture: &Capture| {
                 let response = capture.response(effect);
-                response.is_some_and(|words| words != Responses::UNCHANGED)
+                response.is_some_and(|words| words != Description::UNCHANGED)
             };
             assert!(SEPARATING.iter().any(answers), "{}", effect.id());
         }

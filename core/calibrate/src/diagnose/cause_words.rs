@@ -1,41 +1,41 @@
 //! Plain words for causes: title, meaning and action of each effect, and of the unknown cause.
 
+use schemars::JsonSchema;
 use seidel_optics::effects;
+use serde::Serialize;
 
-/// Plain words for a cause.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CauseWords {
-    /// Name in plain words: a noun phrase that starts in lower case.
-    pub title: &'static str,
-    /// Meaning for the lens or the camera, in one sentence.
+/// An effect with its plain words.
+#[derive(Serialize, JsonSchema)]
+pub struct CauseWords<'a> {
+    /// Identifier of the effect, or `unknown`.
+    pub effect: &'a str,
+    /// Name in plain words.
+    pub title: &'a str,
+    /// Meaning for the lens or the camera.
     pub meaning: &'static str,
     /// Advice on what to do about it.
     pub action: &'static str,
 }
 
-/// Returns the words for the effect `id` or for `unknown`; `None` for other identifiers.
-pub fn cause_words(id: &str) -> Option<CauseWords> {
-    if id == "unknown" {
-        return Some(UNKNOWN);
+/// Returns the words for the effect `id` or for `unknown`. Other identifiers are their own title.
+pub fn cause_words(id: &str) -> CauseWords<'_> {
+    let known = effects::by_id(id).map(|effect| effect.description());
+    let (title, meaning, action) = match known {
+        Ok(known) => (known.title, known.meaning, known.action),
+        Err(_) if id == "unknown" => (
+            "an unknown cause",
+            "No effect of the library describes this gap.",
+            "Make the next capture. Look at the residuals of the PSFs for rings, sides and directions.",
+        ),
+        Err(_) => (id, "", ""),
+    };
+    CauseWords {
+        effect: id,
+        title,
+        meaning,
+        action,
     }
-    let effect = effects::by_id(id).ok()?.description();
-    Some(CauseWords {
-        title: effect.title,
-        meaning: effect.meaning,
-        action: effect.action,
-    })
 }
-
-/// Returns the title of the effect `id`; the identifier itself where no words are known.
-pub(super) fn title(id: &str) -> &str {
-    cause_words(id).map_or(id, |words| words.title)
-}
-
-const UNKNOWN: CauseWords = CauseWords {
-    title: "an unknown cause",
-    meaning: "No effect of the library describes this gap.",
-    action: "Make the next capture. Look at the residuals of the PSFs for rings, sides and directions.",
-};
 
 #[cfg(test)]
 mod tests {
@@ -44,9 +44,10 @@ mod tests {
     #[test]
     fn effects_and_the_unknown_cause_have_titles_of_their_own() {
         for effect in effects::ALL {
-            assert_eq!(title(effect.id()), effect.description().title);
-            assert_ne!(title(effect.id()), title("unknown"));
+            let title = cause_words(effect.id()).title;
+            assert_eq!(title, effect.description().title);
+            assert_ne!(title, cause_words("unknown").title);
         }
-        assert_eq!(title("no_such_effect"), "no_such_effect");
+        assert_eq!(cause_words("no_such_effect").title, "no_such_effect");
     }
 }

@@ -11,7 +11,7 @@ use seidel_optics::tile::Tile;
 use serde::{Serialize, Serializer};
 
 use super::capture::Capture;
-use super::cause_words::cause_words;
+use super::cause_words::{CauseWords, cause_words};
 use super::model_share::ModelShare;
 use crate::depth_json;
 
@@ -132,7 +132,7 @@ pub struct Shares {
 pub struct Cause {
     /// Identifier of the effect, or `unknown`.
     #[serde(flatten, serialize_with = "with_words")]
-    #[schemars(with = "NamedEffect")]
+    #[schemars(with = "CauseWords<'static>")]
     pub effect: &'static str,
     /// Posterior probability that this is the missing effect, given a gap.
     pub probability: f64,
@@ -148,28 +148,8 @@ pub struct Cause {
     pub parameters: Vec<FittedValue>,
 }
 
-/// An effect with its plain words.
-#[derive(Serialize, JsonSchema)]
-struct NamedEffect {
-    /// Identifier of the effect, or `unknown`.
-    effect: &'static str,
-    /// Name in plain words.
-    title: &'static str,
-    /// Meaning for the lens or the camera.
-    meaning: &'static str,
-    /// Advice on what to do about it.
-    action: &'static str,
-}
-
 fn with_words<S: Serializer>(effect: &&'static str, serializer: S) -> Result<S::Ok, S::Error> {
-    let words = cause_words(effect);
-    NamedEffect {
-        effect,
-        title: words.map_or(effect, |words| words.title),
-        meaning: words.map_or("", |words| words.meaning),
-        action: words.map_or("", |words| words.action),
-    }
-    .serialize(serializer)
+    cause_words(effect).serialize(serializer)
 }
 
 /// Parameters by name; `name.channel` where channels do not share them.

@@ -139,7 +139,7 @@ fn unknown() -> NextCapture {
 mod tests {
     use super::*;
     use crate::diagnose::OwnGapSource;
-    use crate::diagnose::cause_words::title;
+    use crate::diagnose::cause_words;
 
     const MODEL: ModelShare = ModelShare {
         own_gap: 0.001,
@@ -180,7 +180,7 @@ mod tests {
             for other in effects::causes().map(Effect::id).filter(|id| *id != one) {
                 let text = between(&[one, other]).text;
                 for id in [one, other] {
-                    assert!(text.contains(title(id)), "{text}");
+                    assert!(text.contains(cause_words(id).title), "{text}");
                     assert!(!id.contains('_') || !text.contains(id), "{text}");
                 }
             }
@@ -238,7 +238,11 @@ mod tests {
         assert!(next.text.starts_with("only to confirm"), "{}", next.text);
         let next = advised(Verdict::Explained, &ids, 3);
         assert_eq!(next.capture, Capture::OtherSideOfFocus);
-        assert!(next.text.contains(title("sensor_tilt")), "{}", next.text);
+        assert!(
+            next.text.contains(cause_words("sensor_tilt").title),
+            "{}",
+            next.text
+        );
     }
 
     #[test]
@@ -247,7 +251,8 @@ mod tests {
         let next = advised(Verdict::Ambiguous, &ids, 3);
         assert_eq!(next.capture, Capture::FarOutOfFocus);
         assert!(
-            ids.iter().all(|id| next.text.contains(title(id))),
+            ids.iter()
+                .all(|id| next.text.contains(cause_words(id).title)),
             "{}",
             next.text
         );

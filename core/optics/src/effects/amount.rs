@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod tests;
 
+use super::LensScale;
+
 /// The fitted value of an effect's parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedValue {
@@ -35,12 +37,17 @@ impl FittedValue {
 
 /// The fitted values of an effect.
 #[derive(Debug, Clone, Copy)]
-pub struct Fitted<'a>(pub &'a [FittedValue]);
+pub struct Fitted<'a> {
+    /// The values, of all channels.
+    pub values: &'a [FittedValue],
+    /// The units of the lens that has them.
+    pub lens: &'a LensScale,
+}
 
 impl<'a> Fitted<'a> {
     /// Returns the value `name` that all channels share.
     pub(super) fn of(&self, name: &str) -> Option<&'a FittedValue> {
-        let mut shared = self.0.iter().filter(|v| v.channel.is_none());
+        let mut shared = self.values.iter().filter(|v| v.channel.is_none());
         shared.find(|v| v.name == name)
     }
 
@@ -54,7 +61,7 @@ impl<'a> Fitted<'a> {
         &self,
         name: &str,
     ) -> impl Iterator<Item = (&'a str, &'a FittedValue)> {
-        let named = self.0.iter().filter(move |v| v.name == name);
+        let named = self.values.iter().filter(move |v| v.name == name);
         named.filter_map(|v| Some((v.channel.as_deref()?, v)))
     }
 
@@ -73,7 +80,7 @@ impl<'a> Fitted<'a> {
 
     /// Names the largest value among those of a unit of px, in its own unit.
     pub(super) fn largest(&self) -> Option<String> {
-        let lengths = self.0.iter().filter(|v| v.unit.starts_with("px"));
+        let lengths = self.values.iter().filter(|v| v.unit.starts_with("px"));
         let largest = lengths.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()))?;
         let value = quantity(largest.value, largest.sigma, largest.unit);
         Some(format!("largest term: {} = {value}", largest.name))

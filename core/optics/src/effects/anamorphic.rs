@@ -1,8 +1,8 @@
 //! Anamorphic lenses: two focal lengths.
 
 use super::{
-    ControlRatios, DefocusOffset, DepthScale, Description, Effect, Fitted, LensScale, Parameter,
-    Responses, ScenePoint, SearchStart, Symmetry,
+    ControlRatios, DefocusOffset, DepthScale, Description, Effect, Fitted, Parameter, ScenePoint,
+    SearchStart, Symmetry,
 };
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -34,7 +34,7 @@ const fn ratio(name: &'static str, meaning: &'static str) -> Parameter {
         .step(0.01)
 }
 
-static PARAMETERS: [Parameter; 6] = [
+const PARAMETERS: [Parameter; 6] = [
     ratio(
         "squeeze",
         "scale of landing points along x relative to a spherical lens",
@@ -69,20 +69,18 @@ impl Effect for Anamorphic {
             title: "an anamorphic squeeze",
             meaning: "The lens focuses and magnifies differently along x and along y: out-of-focus discs are ellipses.",
             action: "State camera.squeeze in the manifest and fit again with `seidel fit --model extended`. Make sure that both sets are squeezed, or both desqueezed.",
+            parameters: &PARAMETERS,
             symmetry: Symmetry::TwoPlanes,
-            responses: Responses {
-                far_out_of_focus: Some("both discs are ellipses"),
-                two_stops_down: Responses::SHRINKS,
-                other_side_of_focus: "the long axis of the discs changes",
-                ..Responses::NONE
-            },
+            far_out_of_focus: Some("both discs are ellipses"),
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: "the long axis of the discs changes",
             // A focus offset, or one that changes with distance, looks like the mean focus of a cylinder.
             contains: &[&DefocusOffset, &DepthScale],
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let squeeze = fitted.of("squeeze")?;
         let mut words = format!(
             "blur along x is {} times as wide as of a spherical lens",
@@ -95,10 +93,6 @@ impl Effect for Anamorphic {
             );
         }
         Some(words)
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

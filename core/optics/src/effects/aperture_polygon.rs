@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use super::amount::quantity;
 use super::{
-    ControlRatios, Description, Effect, FitPart, Fitted, LensScale, Parameter, PupilScale,
-    Responses, ScenePoint, SearchStart,
+    ControlRatios, Description, Effect, FitPart, Fitted, Parameter, PupilScale, ScenePoint,
+    SearchStart, Symmetry,
 };
 use crate::lens::{LocalPupil, MAX_STOPS, Stop, VergenceSeries};
 
@@ -33,7 +33,7 @@ const STRAIGHT: f64 = 1e-3;
 /// Relative distance of the rim beyond the corners, so that only the blades bound the pupil.
 const CLEARANCE: f64 = 1e-6;
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     Parameter::new(
         "blades",
         "1",
@@ -78,12 +78,11 @@ impl Effect for AperturePolygon {
             title: "iris blades",
             meaning: "The iris is a polygon: out-of-focus highlights have corners.",
             action: "Use corrected.json at this f-number, or fit again with `seidel fit --model extended` to PSFs far out of focus. Profiles of other stops need PSFs of their own.",
-            responses: Responses {
-                far_out_of_focus: Some("the discs have corners"),
-                two_stops_down: "the polygon shows in full",
-                other_side_of_focus: "the polygon turns upside down",
-                ..Responses::NONE
-            },
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
+            far_out_of_focus: Some("the discs have corners"),
+            two_stops_down: "the polygon shows in full",
+            other_side_of_focus: "the polygon turns upside down",
             // A smaller iris looks like a polygon of arcs of one circle.
             contains: &[&PupilScale],
             // Two irises would need more stops than a pupil can have.
@@ -110,7 +109,7 @@ impl Effect for AperturePolygon {
         ))
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let rotation = fitted.of("rotation_deg")?;
         let shape = fitted.of("roundness").map_or(String::new(), |r| {
             format!(", {:.0} % as round as a circle", 100.0 * r.value)
@@ -120,10 +119,6 @@ impl Effect for AperturePolygon {
             "{:.0} blades{shape}, one corner at {angle} from image x towards y",
             fitted.number("blades")
         ))
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

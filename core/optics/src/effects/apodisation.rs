@@ -1,8 +1,8 @@
 //! Uneven transmission of the pupil.
 
 use super::{
-    ControlRatios, Description, Effect, FitPart, Fitted, LensScale, Parameter, Responses,
-    ScenePoint, SearchStart, Symmetry,
+    ControlRatios, Description, Effect, FitPart, Fitted, Parameter, ScenePoint, SearchStart,
+    Symmetry,
 };
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -23,7 +23,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Apodisation;
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     Parameter::new("square", "1", "loss by the squared pupil radius")
         .within(-1.5, 8.0)
         .step(0.05),
@@ -50,12 +50,10 @@ impl Effect for Apodisation {
             title: "an uneven pupil",
             meaning: "The pupil does not transmit evenly: out-of-focus discs have soft or bright rims on both sides of focus.",
             action: "Look for haze, a smooth-transition filter or a mirror's shadow. Use corrected.json, or fit again with `seidel fit --model extended`.",
-            responses: Responses {
-                far_out_of_focus: Some("the rims of both discs are soft or bright"),
-                two_stops_down: "the edge of the disc hardens",
-                other_side_of_focus: "soft edges stay soft",
-                ..Responses::NONE
-            },
+            parameters: &PARAMETERS,
+            far_out_of_focus: Some("the rims of both discs are soft or bright"),
+            two_stops_down: "the edge of the disc hardens",
+            other_side_of_focus: "soft edges stay soft",
             fit: FitPart {
                 used: 4,
                 shared: true,
@@ -78,7 +76,7 @@ impl Effect for Apodisation {
         ))
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         fitted.of("square")?;
         let rim = (-(fitted.number("square") + fitted.number("fourth"))).exp();
         Some(format!(
@@ -95,10 +93,6 @@ impl Effect for Apodisation {
         } else {
             Symmetry::None
         }
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

@@ -2,8 +2,7 @@
 
 use super::amount::joined;
 use super::{
-    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint, Scope,
-    SearchStart, Symmetry,
+    ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, Scope, SearchStart,
 };
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
@@ -24,7 +23,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AxialColour;
 
-static PARAMETERS: [Parameter; 1] = [Parameter::new(
+const PARAMETERS: [Parameter; 1] = [Parameter::new(
     "alpha",
     "px",
     "defocus relative to the channel of middle wavelength",
@@ -40,19 +39,16 @@ impl Effect for AxialColour {
             title: "axial colour",
             meaning: "The colour channels focus at different distances.",
             action: "Use corrected.json, or fit the lens to PSFs of all channels. If it was right before, look for another light source or a filter in the beam.",
-            symmetry: Symmetry::Round,
-            responses: Responses {
-                two_stops_down: "the difference in focus shrinks with the pupil",
-                other_side_of_focus: "the colour order of the discs flips",
-                ..Responses::NONE
-            },
+            parameters: &PARAMETERS,
+            two_stops_down: "the difference in focus shrinks with the pupil",
+            other_side_of_focus: "the colour order of the discs flips",
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let channels = fitted.by_channel("alpha").map(|(channel, alpha)| {
-            match (lens.mm_per_px(), lens.side(-alpha.value)) {
+            match (fitted.lens.mm_per_px(), fitted.lens.side(-alpha.value)) {
                 (Some(mm), Some(side)) => format!(
                     "channel {channel} focuses {} {side} the middle channel",
                     alpha.quantity(mm, "mm")
@@ -64,10 +60,6 @@ impl Effect for AxialColour {
             }
         });
         joined(channels.collect())
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

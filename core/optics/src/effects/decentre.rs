@@ -1,8 +1,8 @@
 //! Decentred lens elements: shifted or tilted.
 
 use super::{
-    ControlRatios, Description, Effect, FieldNeed, FitPart, Fitted, LensScale, Parameter,
-    Responses, ScenePoint, Scope, SearchStart, SensorTilt,
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Fitted, Parameter, ScenePoint, Scope,
+    SearchStart, SensorTilt, Symmetry,
 };
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries, Wavefront};
@@ -59,7 +59,7 @@ impl Decentre {
     ];
 }
 
-static PARAMETERS: [Parameter; COUNT] = [
+const PARAMETERS: [Parameter; COUNT] = [
     term("coma_x", "px", "coma, constant over the field, along x"),
     term("coma_y", "px", "coma, constant over the field, along y"),
     term("astigmatism_x", "px/h", "astigmatism linear in field, by x"),
@@ -148,13 +148,12 @@ impl Effect for Decentre {
             title: "a decentred element",
             meaning: "An element or a group of the lens is shifted or tilted off the axis: coma even in the middle, and corners that differ.",
             action: "Have the lens re-collimated (its elements centred again). Until then render with corrected.json, which holds for this copy of the lens only.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
             field_need: FieldNeed::Sides,
-            responses: Responses {
-                far_out_of_focus: Some("both discs are brighter on one side"),
-                two_stops_down: "coma shrinks with the square of the pupil",
-                other_side_of_focus: "coma keeps its direction while discs flip",
-                ..Responses::NONE
-            },
+            far_out_of_focus: Some("both discs are brighter on one side"),
+            two_stops_down: "coma shrinks with the square of the pupil",
+            other_side_of_focus: "coma keeps its direction while discs flip",
             // A tilted sensor looks like the linear focus.
             contains: &[&SensorTilt],
             fit: FitPart {
@@ -178,7 +177,7 @@ impl Effect for Decentre {
         ))
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let coma = fitted.vector("coma_x", "coma_y")?;
         let mut words = format!(
             "coma of {} in the middle, towards {}",
@@ -192,10 +191,6 @@ impl Effect for Decentre {
             );
         }
         Some(words)
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,10 +1,7 @@
 //! Constant defocus: an error of sensor position or focus.
 
 use super::amount::quantity;
-use super::{
-    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
-    SearchStart, Symmetry,
-};
+use super::{ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -23,7 +20,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DefocusOffset;
 
-static PARAMETERS: [Parameter; 2] = [
+const PARAMETERS: [Parameter; 2] = [
     Parameter::new("alpha", "px", "defocus added at all field positions").within(-200.0, 200.0),
     Parameter::new(
         "magnification",
@@ -46,20 +43,17 @@ impl Effect for DefocusOffset {
             title: "a focus offset",
             meaning: "The sensor or the focus ring is not where the camera says: every point is out of focus by the same amount.",
             action: "Set the focus to the stated distance again and repeat one PSF. If the offset returns, have the flange distance (shims of the mount) adjusted, or render with corrected.json.",
-            symmetry: Symmetry::Round,
-            responses: Responses {
-                two_stops_down: Responses::SHRINKS,
-                other_side_of_focus: Responses::ADDS,
-                second_distance: "the extra defocus is the same at both distances",
-                ..Responses::NONE
-            },
+            parameters: &PARAMETERS,
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: Description::ADDS,
+            second_distance: "the extra defocus is the same at both distances",
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let alpha = fitted.of("alpha")?;
-        let sensor = match (lens.mm_per_px(), lens.side(alpha.value)) {
+        let sensor = match (fitted.lens.mm_per_px(), fitted.lens.side(alpha.value)) {
             (Some(mm), Some(side)) => {
                 let length = alpha.quantity(mm, "mm");
                 format!("the sensor sits {length} {side} the stated focus")
@@ -73,7 +67,7 @@ impl Effect for DefocusOffset {
                 alpha.quantity(1.0, "px")
             ),
         };
-        let (Some(slope), Some(stated)) = (lens.slope_px_m, lens.focus_per_m) else {
+        let (Some(slope), Some(stated)) = (fitted.lens.slope_px_m, fitted.lens.focus_per_m) else {
             return Some(sensor);
         };
         Some(format!(
@@ -81,10 +75,6 @@ impl Effect for DefocusOffset {
             metres(stated - alpha.value / slope),
             metres(stated)
         ))
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

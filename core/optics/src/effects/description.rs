@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Effect;
+use super::{Effect, Parameter};
 
 /// The fixed facts of an effect.
 pub struct Description {
@@ -16,6 +16,8 @@ pub struct Description {
     pub meaning: &'static str,
     /// Advice on what to do about it.
     pub action: &'static str,
+    /// The parameters, in the order of their values.
+    pub parameters: &'static [Parameter],
     /// Whether a lens can gain the effect after its design: a diagnosis then tries it as a cause of a gap. Other effects only
     /// describe lenses.
     pub is_cause: bool,
@@ -30,8 +32,18 @@ pub struct Description {
     pub fits_chief_ray: bool,
     /// Symmetry over the field, of effects for which it does not depend on their values.
     pub symmetry: Symmetry,
-    /// Changes of the effect from one capture to another.
-    pub responses: Responses,
+    /// Change of the effect in a capture with a quarter of the exposure time.
+    pub shorter_exposure: &'static str,
+    /// Change so far out of focus that discs show the pupil; `None` if they do not show the effect.
+    pub far_out_of_focus: Option<&'static str>,
+    /// Change two stops down.
+    pub two_stops_down: &'static str,
+    /// Change as far on the other side of focus.
+    pub other_side_of_focus: &'static str,
+    /// Change at another, much nearer distance.
+    pub second_distance: &'static str,
+    /// Change of the picture of a lamp on a wide dark surround.
+    pub dark_surround: &'static str,
     /// Simpler effects that this one can imitate.
     pub contains: &'static [&'static dyn Effect],
     /// The effect that this one equals where all objects have one distance.
@@ -41,20 +53,33 @@ pub struct Description {
 }
 
 impl Description {
-    /// A cause that is alike over the field, without words.
+    /// Change of an effect that a capture leaves alone.
+    pub const UNCHANGED: &'static str = "nothing changes";
+    /// Change of defocus with the pupil.
+    pub(super) const SHRINKS: &'static str = "the blur shrinks with the pupil";
+    /// Change of extra defocus with the side of focus.
+    pub(super) const ADDS: &'static str = "discs grow on one side of focus and shrink on the other";
+
+    /// A cause that is alike over the field and that no capture changes, without words and parameters.
     pub(crate) const DEFAULT: Self = Self {
         id: "",
         summary: "",
         title: "",
         meaning: "",
         action: "",
+        parameters: &[],
         is_cause: true,
         in_pictures: true,
         is_unique: false,
         field_need: FieldNeed::AnyPlace,
         fits_chief_ray: false,
-        symmetry: Symmetry::None,
-        responses: Responses::NONE,
+        symmetry: Symmetry::Round,
+        shorter_exposure: Self::UNCHANGED,
+        far_out_of_focus: None,
+        two_stops_down: Self::UNCHANGED,
+        other_side_of_focus: Self::UNCHANGED,
+        second_distance: Self::UNCHANGED,
+        dark_surround: Self::UNCHANGED,
         contains: &[],
         one_distance_twin: None,
         fit: FitPart::NONE,
@@ -82,40 +107,6 @@ pub enum Symmetry {
     TwoPlanes,
     /// None.
     None,
-}
-
-/// The change of an effect when a capture is repeated in another way, in words.
-pub struct Responses {
-    /// With a quarter of the exposure time.
-    pub shorter_exposure: &'static str,
-    /// So far out of focus that discs show the pupil; `None` if they do not show the effect.
-    pub far_out_of_focus: Option<&'static str>,
-    /// Two stops down.
-    pub two_stops_down: &'static str,
-    /// As far on the other side of focus.
-    pub other_side_of_focus: &'static str,
-    /// At another, much nearer distance.
-    pub second_distance: &'static str,
-    /// Of a lamp on a wide dark surround.
-    pub dark_surround: &'static str,
-}
-
-impl Responses {
-    /// Response of an effect that a capture leaves alone.
-    pub const UNCHANGED: &'static str = "nothing changes";
-    /// Response of defocus to the pupil.
-    pub(super) const SHRINKS: &'static str = "the blur shrinks with the pupil";
-    /// Response of extra defocus to a change of side.
-    pub(super) const ADDS: &'static str = "discs grow on one side of focus and shrink on the other";
-    /// Responses of an effect that no capture changes.
-    pub(super) const NONE: Self = Self {
-        shorter_exposure: Self::UNCHANGED,
-        far_out_of_focus: None,
-        two_stops_down: Self::UNCHANGED,
-        other_side_of_focus: Self::UNCHANGED,
-        second_distance: Self::UNCHANGED,
-        dark_surround: Self::UNCHANGED,
-    };
 }
 
 /// The effect that looks like another one at a single object distance.

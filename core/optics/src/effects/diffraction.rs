@@ -1,9 +1,6 @@
 //! Diffraction.
 
-use super::{
-    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint,
-    SearchStart, Symmetry,
-};
+use super::{ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `diffraction`: light is drawn as a wave.
@@ -23,7 +20,7 @@ pub struct Diffraction;
 /// Wavelength over pixel pitch if either is unknown: green light on pixels of 5 um.
 const WAVELENGTH_PX: f64 = 0.11;
 
-static PARAMETERS: [Parameter; 1] = [Parameter::new(
+const PARAMETERS: [Parameter; 1] = [Parameter::new(
     "f_number",
     "1",
     "f-number of the cone of light at the sensor; 0 for rays",
@@ -39,22 +36,15 @@ impl Effect for Diffraction {
             title: "diffraction",
             meaning: "The stop is so small against the pixels that light spreads as a wave, in an Airy pattern.",
             action: "Use corrected.json. Make sure that f-number, pixel pitch and wavelengths of the profile are those of the camera.",
-            symmetry: Symmetry::Round,
-            responses: Responses {
-                two_stops_down: "the blur grows",
-                ..Responses::NONE
-            },
+            parameters: &PARAMETERS,
+            two_stops_down: "the blur grows",
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let number = fitted.of("f_number")?;
         Some(format!("as at f/{}", number.quantity(1.0, "")))
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

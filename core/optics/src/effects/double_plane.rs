@@ -72,7 +72,7 @@ static TERMS: [FieldMonomial; COUNT] = [
     FieldMonomial::new([0, 2], [0, 4]),
 ];
 
-static PARAMETERS: [Parameter; COUNT + SHIFTS] = [
+const PARAMETERS: [Parameter; COUNT + SHIFTS] = [
     monomial("w2000", "u_x²", 0),
     monomial("w4000", "u_x⁴", 0),
     monomial("w0400", "u_y⁴", 0),
@@ -131,6 +131,7 @@ impl Effect for DoublePlane {
             title: "two planes of symmetry",
             meaning: "The lens has cylindrical elements, as anamorphic lenses do, so its aberrations differ along x and along y.",
             action: "Fit the lens again with `seidel fit --model extended` and PSFs in all quarters of the frame.",
+            parameters: &PARAMETERS,
             // A lens is designed so.
             is_cause: false,
             fits_chief_ray: true,
@@ -145,10 +146,6 @@ impl Effect for DoublePlane {
             },
             ..Description::DEFAULT
         }
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -2,8 +2,7 @@
 
 use super::meridional_terms::{MeridionalTerm, apply, coefficient, rescaled};
 use super::{
-    ControlRatios, Description, Effect, FieldNeed, FitPart, Parameter, Responses, ScenePoint,
-    SearchStart, Symmetry,
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Parameter, ScenePoint, SearchStart,
 };
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -33,7 +32,7 @@ static TERMS: [MeridionalTerm; 8] = [
     MeridionalTerm::w(4, 2, 0),
 ];
 
-static PARAMETERS: [Parameter; 8] = [
+const PARAMETERS: [Parameter; 8] = [
     coefficient("w060", "px", "spherical aberration, sixth order"),
     coefficient("w151", "px/h", "coma, linear in field"),
     coefficient("w242", "px/h²", "oblique spherical aberration, meridional"),
@@ -52,14 +51,11 @@ impl Effect for HigherOrder {
             title: "fifth-order aberrations",
             meaning: "The lens has stronger fifth-order aberrations than its profile: rings and flares in its discs, corners that worsen faster.",
             action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners. If an extended profile was right before, have the spacing of the elements checked.",
+            parameters: &PARAMETERS,
             field_need: FieldNeed::Radii,
-            symmetry: Symmetry::Round,
-            responses: Responses {
-                far_out_of_focus: Some("the discs have rings and flares"),
-                two_stops_down: "rings and flares vanish first",
-                other_side_of_focus: "bright rims turn into soft ones",
-                ..Responses::NONE
-            },
+            far_out_of_focus: Some("the discs have rings and flares"),
+            two_stops_down: "rings and flares vanish first",
+            other_side_of_focus: "bright rims turn into soft ones",
             fit: FitPart {
                 used: 8,
                 starts: || vec![vec![0.0; 8]],
@@ -68,10 +64,6 @@ impl Effect for HigherOrder {
             },
             ..Description::DEFAULT
         }
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

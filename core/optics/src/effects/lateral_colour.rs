@@ -2,10 +2,10 @@
 
 use super::amount::{joined, outwards};
 use super::{
-    ControlRatios, Description, Effect, FieldNeed, Fitted, LensScale, Parameter, ScenePoint, Scope,
-    SearchStart, Symmetry,
+    ControlRatios, Description, Effect, FieldNeed, Fitted, Parameter, ScenePoint, Scope,
+    SearchStart,
 };
-use crate::lens::{LocalPupil, VergenceSeries};
+use crate::lens::VergenceSeries;
 
 /// `lateral_colour`: the image has another magnification in each channel.
 ///
@@ -21,7 +21,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LateralColour;
 
-static PARAMETERS: [Parameter; 2] = [
+const PARAMETERS: [Parameter; 2] = [
     Parameter::new(
         "linear",
         "px",
@@ -46,13 +46,13 @@ impl Effect for LateralColour {
             title: "lateral colour",
             meaning: "The colour channels have different magnifications: they are shifted against each other towards the corners.",
             action: "Use corrected.json. First make sure that neither camera nor raw converter corrects chromatic aberration in one of the sets.",
+            parameters: &PARAMETERS,
             field_need: FieldNeed::Radii,
-            symmetry: Symmetry::Round,
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let linear = fitted.by_channel("linear");
         let channels = linear.map(|(channel, linear)| {
             let cubic = fitted.by_channel("cubic").find(|(c, _)| *c == channel);
@@ -61,14 +61,6 @@ impl Effect for LateralColour {
         });
         let channels = joined(channels.collect())?;
         Some(format!("at the side of the frame, {channels}"))
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
-    }
-
-    fn apply(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
-        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
     }
 
     fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {

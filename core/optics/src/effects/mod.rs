@@ -39,7 +39,7 @@ pub use axial_colour::AxialColour;
 pub use decentre::Decentre;
 pub use defocus_offset::DefocusOffset;
 pub use depth_scale::DepthScale;
-pub use description::{Description, FieldNeed, FitPart, OneDistanceTwin, Responses, Symmetry};
+pub use description::{Description, FieldNeed, FitPart, OneDistanceTwin, Symmetry};
 pub use diffraction::Diffraction;
 pub use distortion::Distortion;
 pub use double_plane::DoublePlane;
@@ -83,7 +83,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// Creates a parameter that all channels share, with neutral value zero and a step suited to px.
-    const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+    pub(crate) const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         Self {
             name,
             unit,
@@ -96,11 +96,11 @@ impl Parameter {
         }
     }
 
-    const fn neutral_at(self, neutral: f64) -> Self {
+    pub(crate) const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
     }
 
-    const fn within(self, least: f64, most: f64) -> Self {
+    pub(crate) const fn within(self, least: f64, most: f64) -> Self {
         Self {
             least,
             most,
@@ -108,11 +108,11 @@ impl Parameter {
         }
     }
 
-    const fn step(self, step: f64) -> Self {
+    pub(crate) const fn step(self, step: f64) -> Self {
         Self { step, ..self }
     }
 
-    const fn scope(self, scope: Scope) -> Self {
+    pub(crate) const fn scope(self, scope: Scope) -> Self {
         Self { scope, ..self }
     }
 }
@@ -210,14 +210,17 @@ pub trait Effect: Send + Sync {
         self.description().id
     }
 
-    /// The parameters, in the order of the values of [`Effect::apply`].
-    fn parameters(&self) -> &'static [Parameter];
+    /// Returns the parameters, in the order of the values of [`Effect::apply`].
+    fn parameters(&self) -> &'static [Parameter] {
+        self.description().parameters
+    }
 
-    /// Applies the effect at `point` to `pupil`, with one of `values` for each parameter.
+    /// Applies the effect at `point` to `pupil`, with one of `values` for each parameter. Effects that shift the chief ray alone
+    /// leave the pupil as it is.
     ///
     /// # Panics
     /// If the number of values is not that of the parameters.
-    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
+    fn apply(&self, _values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {}
 
     /// Returns the shift of the chief ray (x, y), frame px, with `values` as in [`Effect::apply`].
     ///
@@ -233,7 +236,7 @@ pub trait Effect: Send + Sync {
 
     /// Returns what the values of a diagnosis amount to in the units of the camera, with standard errors, in words; `None` where
     /// few words do not describe them.
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         fitted.largest()
     }
 
@@ -245,8 +248,11 @@ pub trait Effect: Send + Sync {
     /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
     fn starts(&self) -> Vec<SearchStart>;
 
-    /// Returns `values` for the same lens with pupil and sensor distance changed by `ratios`.
-    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries>;
+    /// Returns `values` for the same lens with pupil and sensor distance changed by `ratios`: as they are, for effects that are
+    /// not of the lens.
+    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
+        values.to_vec()
+    }
 }
 
 /// All effects, in the order in which they act.

@@ -1,10 +1,7 @@
 //! Pixel aperture and optical low-pass filter.
 
-use super::{
-    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, ScenePoint, SearchStart,
-    Symmetry,
-};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::{Description, Effect, Fitted, Parameter, ScenePoint, SearchStart, Symmetry};
+use crate::lens::LocalPupil;
 
 /// `pixel_footprint`: the sensor gathers light from more than the area of each pixel.
 ///
@@ -24,7 +21,7 @@ const fn length(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter::new(name, "px", meaning).within(0.0, 16.0)
 }
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     length("box", "side of the box"),
     length("copies_x", "distance of the copies along x"),
     length("copies_y", "distance of the copies along y"),
@@ -38,14 +35,15 @@ impl Effect for PixelFootprint {
             title: "the pixel footprint",
             meaning: "The pixels or the optical low-pass filter in front of them spread light more than the profile assumes, alike everywhere.",
             action: "Use corrected.json for this camera. The cause is the sensor, not the lens: another camera needs another value. Make sure that no picture was scaled or sharpened.",
+            parameters: &PARAMETERS,
             symmetry: Symmetry::TwoPlanes,
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let size = fitted.of("box")?;
-        let micrometres = lens.pitch_um.map_or(String::new(), |pitch| {
+        let micrometres = fitted.lens.pitch_um.map_or(String::new(), |pitch| {
             format!(" ({})", size.quantity(pitch, "µm"))
         });
         let mut words = format!(
@@ -60,10 +58,6 @@ impl Effect for PixelFootprint {
             );
         }
         Some(words)
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -83,11 +77,6 @@ impl Effect for PixelFootprint {
             SearchStart::new(&[0.0, 1.0, 1.0], &[false, true, true]),
             SearchStart::all_free(&[1.0, 0.7, 0.7]),
         ]
-    }
-
-    // A property of the sensor.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Sensor tilt.
 
 use super::{
-    ControlRatios, Description, Effect, FieldNeed, Fitted, LensScale, Parameter, Responses,
-    ScenePoint, SearchStart,
+    ControlRatios, Description, Effect, FieldNeed, Fitted, Parameter, ScenePoint, SearchStart,
+    Symmetry,
 };
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
@@ -21,7 +21,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SensorTilt;
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     Parameter::new("tilt_x", "px/h", "change of defocus along x").within(-200.0, 200.0),
     Parameter::new("tilt_y", "px/h", "change of defocus along y").within(-200.0, 200.0),
     Parameter::new(
@@ -45,24 +45,23 @@ impl Effect for SensorTilt {
             title: "a tilted sensor",
             meaning: "The sensor, or the lens on its mount, is not square to the optical axis: one side of the frame focuses nearer than the other.",
             action: "Clean and tighten mount and adapter, and have the sensor or the mount shimmed. If all PSFs are of one flat chart, first make sure that the chart itself was parallel to the sensor.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
             field_need: FieldNeed::Sides,
-            responses: Responses {
-                two_stops_down: Responses::SHRINKS,
-                other_side_of_focus: "the side that is in focus changes",
-                ..Responses::NONE
-            },
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: "the side that is in focus changes",
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let tilt = fitted.vector("tilt_x", "tilt_y")?;
         // px of defocus a half frame width are this length along the axis over one across, for small angles.
-        let angle = lens.cone.map(|cone| {
-            let tangent = 2.0 * cone / lens.half_width_px;
+        let angle = fitted.lens.cone.map(|cone| {
+            let tangent = 2.0 * cone / fitted.lens.half_width_px;
             tilt.quantity(tangent.to_degrees(), "degrees")
         });
-        Some(match (angle, lens.sign()) {
+        Some(match (angle, fitted.lens.sign()) {
             (Some(angle), Some(sign)) => format!(
                 "the sensor is tilted by {angle}, its far side towards {} of the picture",
                 tilt.direction(sign)
@@ -74,10 +73,6 @@ impl Effect for SensorTilt {
                 tilt.direction(1.0)
             ),
         })
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,9 +1,7 @@
 //! Seventh-order aberrations: the thirteen wave terms of eighth degree in pupil and field.
 
 use super::meridional_terms::{MeridionalTerm, apply, coefficient, rescaled};
-use super::{
-    ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart, Symmetry,
-};
+use super::{ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `seventh_order`: spherical aberration of the eighth degree, and oblique aberrations that grow faster still with field.
@@ -36,7 +34,7 @@ static TERMS: [MeridionalTerm; 13] = [
     MeridionalTerm::w(6, 2, 0),
 ];
 
-static PARAMETERS: [Parameter; 13] = [
+const PARAMETERS: [Parameter; 13] = [
     coefficient("w080", "px", "spherical aberration, eighth degree"),
     coefficient("w171", "px/h", "coma, linear in field"),
     coefficient("w262", "px/h²", "oblique spherical aberration, meridional"),
@@ -60,9 +58,9 @@ impl Effect for SeventhOrder {
             title: "seventh-order aberrations",
             meaning: "The lens has aberrations of seventh order, which show in the corners of fast and wide lenses.",
             action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners.",
+            parameters: &PARAMETERS,
             // A lens is designed so.
             is_cause: false,
-            symmetry: Symmetry::Round,
             fit: FitPart {
                 used: 13,
                 starts: || vec![vec![0.0; 13]],
@@ -71,10 +69,6 @@ impl Effect for SeventhOrder {
             },
             ..Description::DEFAULT
         }
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

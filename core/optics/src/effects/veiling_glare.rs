@@ -1,11 +1,8 @@
 //! Veiling glare: scattered light.
 
 use super::amount::joined;
-use super::{
-    ControlRatios, Description, Effect, Fitted, LensScale, Parameter, Responses, ScenePoint, Scope,
-    SearchStart, Symmetry,
-};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::{Description, Effect, Fitted, Parameter, ScenePoint, Scope, SearchStart};
+use crate::lens::LocalPupil;
 use crate::sensor::Halo;
 
 /// `veiling_glare`: a share of the light scatters far.
@@ -19,11 +16,12 @@ use crate::sensor::Halo;
 ///
 /// # Model
 /// A `share` of the light has the density (1 + r²/radius²)^-steepness (Moffat, Astronomy and Astrophysics 3, 1969): the
-/// glare spread function that ISO 9358 measures with black patches.
+/// glare spread function that ISO 9358 measures with black patches. It is attributed to sensor and cover glass, which do not
+/// depend on pupil and focus.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct VeilingGlare;
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     Parameter::new("share", "1", "share of the light that scatters")
         .within(0.0, 0.9)
         .step(0.005)
@@ -46,16 +44,13 @@ impl Effect for VeilingGlare {
             title: "veiling glare",
             meaning: "Light scatters in lens or sensor: a faint wide halo around every point.",
             action: "Clean front and rear element and filters, shade the lens, and re-shoot. If the halo stays, use corrected.json.",
-            symmetry: Symmetry::Round,
-            responses: Responses {
-                dark_surround: "its halo goes on far beyond the tile",
-                ..Responses::NONE
-            },
+            parameters: &PARAMETERS,
+            dark_surround: "its halo goes on far beyond the tile",
             ..Description::DEFAULT
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         let shares = fitted.by_channel("share").map(|(channel, share)| {
             let share = share.quantity(100.0, "%");
             format!("{share} of the light of channel {channel}")
@@ -65,10 +60,6 @@ impl Effect for VeilingGlare {
             format!(", in a halo of radius {}", radius.quantity(1.0, "px"))
         });
         Some(format!("{shares} scatters{radius}"))
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -89,11 +80,6 @@ impl Effect for VeilingGlare {
         [3.0, 8.0]
             .map(|radius| SearchStart::all_free(&[0.1, radius, 2.0]))
             .to_vec()
-    }
-
-    // Attributed to sensor and cover glass, which do not depend on pupil and focus.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Mechanical vignetting: the barrel clips oblique pencils.
 
 use super::{
-    ControlRatios, Description, Effect, FieldNeed, FitPart, Fitted, LensScale, Parameter,
-    PupilScale, Responses, ScenePoint, SearchStart, Symmetry,
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Fitted, Parameter, PupilScale,
+    ScenePoint, SearchStart,
 };
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
@@ -39,7 +39,7 @@ const fn shift(name: &'static str, meaning: &'static str) -> Parameter {
         .step(0.02)
 }
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     radius("radius_1", "radius of the first circle"),
     shift("shift_1", "shift of the first circle with the field"),
     radius("radius_2", "radius of the second circle"),
@@ -63,14 +63,11 @@ impl Effect for Vignetting {
             title: "vignetting",
             meaning: "The barrel, a hood or a filter ring clips oblique light: out-of-focus discs become cat's eyes towards the corners.",
             action: "Remove hood and filters and look again. If it stays, it is the lens's own: use corrected.json, or fit again with `seidel fit --model extended`.",
+            parameters: &PARAMETERS,
             field_need: FieldNeed::Radii,
-            symmetry: Symmetry::Round,
-            responses: Responses {
-                far_out_of_focus: Some("only the disc in the corner is cut"),
-                two_stops_down: "the cat's eye becomes round",
-                other_side_of_focus: "the cat's eye turns over",
-                ..Responses::NONE
-            },
+            far_out_of_focus: Some("only the disc in the corner is cut"),
+            two_stops_down: "the cat's eye becomes round",
+            other_side_of_focus: "the cat's eye turns over",
             // A smaller iris looks like a stop that does not move.
             contains: &[&PupilScale],
             fit: FitPart {
@@ -85,17 +82,13 @@ impl Effect for Vignetting {
         }
     }
 
-    fn fitted_amount(&self, fitted: Fitted, _lens: &LensScale) -> Option<String> {
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
         fitted.of("radius_1")?;
         Some(format!(
             "{:.0} % of the pupil is clipped at the side of the frame, {:.0} % in the middle",
             100.0 * clipped(fitted, 1.0),
             100.0 * clipped(fitted, 0.0)
         ))
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

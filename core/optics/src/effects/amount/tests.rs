@@ -11,7 +11,8 @@ use crate::profile::{Controls, LensDescription, LensProfile, Provenance, PupilCh
 /// Returns the amount of the effect `id` of `lens`; empty where there is none.
 fn amount(id: &str, values: &[FittedValue], lens: &LensProfile) -> String {
     let effect = effects::by_id(id).expect("listed");
-    let words = effect.fitted_amount(Fitted(values), &lens.scale());
+    let lens = &lens.scale();
+    let words = effect.fitted_amount(Fitted { values, lens });
     words.unwrap_or_default()
 }
 
