@@ -2,7 +2,8 @@
 //!
 //! An [`Effect`] changes the [`LocalPupil`] of a point: it adds wavefront terms, adds stops, changes the transmission or
 //! the sensor. It may also shift the chief ray. Each effect has a file, which holds everything that is known of it, its words in
-//! reports among that; all of them are listed in [`ALL`]. Lens profiles name effects by identifier; no code elsewhere does.
+//! reports among that; all of them are listed in [`ALL`]. Lens profiles name effects by identifier; code elsewhere asks
+//! the trait.
 
 mod amount;
 mod anamorphic;
