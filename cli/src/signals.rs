@@ -3,9 +3,10 @@
 use std::thread;
 
 use seidel_image_io::partial;
-use seidel_image_io::process_status::ignored_signals;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
+
+use crate::process::ignored_signals;
 
 /// Difference of exit status and number of a signal, by the convention of shells.
 const STATUS_OF_SIGNALS: i32 = 128;

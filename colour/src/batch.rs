@@ -1,7 +1,7 @@
 //! A batch of pixels for an engine, with alpha and non-finite samples handled around its transform.
 
+use crate::conversion_report::{ConversionReport, SamplePlace};
 use crate::engine::{EngineProcessor, Pixel};
-use crate::processor::{ConversionReport, SamplePlace};
 
 /// Pixels on their way through a transform.
 pub(crate) struct PixelBatch {

@@ -38,6 +38,8 @@ mod batch;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod config;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
+mod conversion_report;
+#[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod limits;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod processor;
@@ -46,8 +48,10 @@ mod suggestions;
 
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 pub use config::Config;
+#[cfg(any(feature = "ocio", feature = "ocio-native"))]
+pub use conversion_report::{ConversionReport, SamplePlace};
 pub use engine::{Display, FileSpace, Space};
 pub use error::{ColourError, Result};
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
-pub use processor::{Alphas, ConversionReport, PixelLayout, Processor, SamplePlace};
+pub use processor::{Alphas, PixelLayout, Processor};
 pub use source::{EMBEDDED_CONFIG, Source};

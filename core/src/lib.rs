@@ -100,6 +100,7 @@ mod finite;
 mod image;
 mod lens;
 mod light_scale;
+mod margins;
 mod match_colours;
 mod memory;
 mod picture_diagnosis;
@@ -111,6 +112,7 @@ mod plate_gap;
 mod prepared;
 mod prepared_background;
 mod prepared_depth;
+mod rectangle;
 mod relens;
 mod remove;
 mod removed;
@@ -133,13 +135,14 @@ pub use seidel_optics::{
 pub use apply::apply;
 pub use coc_scale::{COC_SCALE, CocColours, CocStop};
 pub use diagnose::diagnose;
-pub use expansion::Margins;
 pub use image::{AlphaKind, Image};
 pub use lens::Lens;
+pub use margins::Margins;
 pub use match_colours::match_colours;
 pub use memory::{apply_bytes, layered_apply_bytes, remove_bytes};
 pub use picture_diagnosis::{PictureDiagnosis, PicturePair, diagnose_pictures};
-pub use placement::{LensFrame, PlatePlacement, Rectangle};
+pub use placement::{LensFrame, PlatePlacement};
+pub use plane_removal::NoiseGain;
 pub use plate::{
     Background, Depth, DepthMeaning, DepthPass, HoldoutMatte, LensScale, Plate, PlateGeometry,
 };
@@ -147,9 +150,10 @@ pub use plate_gap::{ChannelPlateGap, PLATE_GAP_BLOCK_PX, PlateGap, picture_gap, 
 pub use prepared::PreparedPlate;
 pub use prepared_background::PreparedBackground;
 pub use prepared_depth::{PreparedDepth, PreparedHoldout};
+pub use rectangle::Rectangle;
 pub use relens::relens;
 pub use remove::remove;
-pub use removed::{NoiseGain, RemovedPlate};
+pub use removed::RemovedPlate;
 pub use rendering::Rendering;
 pub use result_store::ResultStore;
 pub use seidel_calibrate::diagnose::{Diagnosis, Settings as DiagnosisSettings, Verdict};

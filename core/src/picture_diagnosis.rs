@@ -103,8 +103,8 @@ fn diagnosed(
     progress: &Progress,
 ) -> Result<PictureDiagnosis> {
     let all = || {
-        let ids = effects::ALL.iter().map(|effect| effect.id().to_owned());
-        ids.filter(|id| id != "tone_curve").collect()
+        let shown = effects::ALL.iter().filter(|e| e.description().in_pictures);
+        shown.map(|effect| effect.id().to_owned()).collect()
     };
     let settings = DiagnosisSettings {
         library: Some(settings.library.clone())

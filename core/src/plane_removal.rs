@@ -5,7 +5,15 @@ use seidel_optics::error::{Error, Result};
 use seidel_render::remove::{Deconvolver, DepthSplit, SharpPlane, SplitPlane, find_lights};
 use seidel_render::{Plane, Scene};
 
-use crate::removed::NoiseGain;
+/// The amplification of noise by a removal: a measurement takes as long again as the removal itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum NoiseGain {
+    /// Not measured.
+    #[default]
+    Skip,
+    /// Measured for each pixel of each colour.
+    Measure,
+}
 
 /// The planes of a plate, colours first, each with the settings of its removal.
 pub(crate) struct RemovalPlanes<'a> {

@@ -7,10 +7,10 @@ use seidel_optics::error::{Error, Result};
 use seidel_optics::predict::Predictor;
 use seidel_render::Plane;
 
-use crate::expansion::Margins;
 use crate::finite::first_non_finite;
 use crate::image::{AlphaKind, Image};
 use crate::light_scale::LightScale;
+use crate::margins::Margins;
 
 /// The planes of an image: premultiplied colours, then alpha where there is one, then the alpha of each colour where
 /// there are those.

@@ -6,7 +6,7 @@ use seidel_optics::field::ImagePoint;
 use seidel_render::{DepthConvention, DepthReading, MAX_PIXEL_ASPECT};
 
 use crate::image::Image;
-use crate::placement::Rectangle;
+use crate::rectangle::Rectangle;
 
 /// A plate: an image, its place in the frame of the lens, and its depth.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,13 +58,6 @@ impl Plate {
     #[must_use]
     pub fn with_holdout(mut self, holdout: Option<HoldoutMatte>) -> Self {
         self.holdout = holdout;
-        self
-    }
-
-    /// The same plate with this `background`.
-    #[must_use]
-    pub fn with_background(mut self, background: Option<Background>) -> Self {
-        self.background = background;
         self
     }
 }

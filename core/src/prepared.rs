@@ -8,9 +8,9 @@ use seidel_render::{
 };
 
 use crate::channel_weights::channel_weights;
-use crate::expansion::Margins;
 use crate::image::Image;
 use crate::light_scale::LightScale;
+use crate::margins::Margins;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
 use crate::plate::{LensScale, Plate, PlateGeometry};

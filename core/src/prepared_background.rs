@@ -2,8 +2,8 @@
 
 use seidel_optics::error::{Error, Result};
 
-use crate::expansion::Margins;
 use crate::light_scale::LightScale;
+use crate::margins::Margins;
 use crate::planes::{PlaneLayout, PremultipliedPlanes};
 use crate::plate::{Background, PlateGeometry};
 use crate::prepared_depth::PreparedDepth;

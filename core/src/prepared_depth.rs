@@ -3,7 +3,7 @@
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_render::{DepthReading, VergencePass};
 
-use crate::expansion::Margins;
+use crate::margins::Margins;
 use crate::plate::{Depth, DepthPass, HoldoutMatte, PlateGeometry};
 use crate::session::LensSession;
 

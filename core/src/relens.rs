@@ -6,9 +6,9 @@ use seidel_optics::error::Result;
 
 use crate::image::Image;
 use crate::lens::Lens;
+use crate::plane_removal::NoiseGain;
 use crate::plate::Plate;
 use crate::prepared::PreparedPlate;
-use crate::removed::NoiseGain;
 use crate::session::LensSession;
 use crate::settings::Settings;
 use seidel_optics::Progress;

@@ -11,7 +11,7 @@ use seidel_render::{Gather, Occlusion, VergencePass};
 use crate::finite::ComputedPlane;
 use crate::image::Image;
 use crate::light_scale::LightScale;
-use crate::plane_removal::RemovalPlanes;
+use crate::plane_removal::{NoiseGain, RemovalPlanes};
 use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
 use crate::prepared_background::PreparedBackground;
@@ -28,16 +28,6 @@ pub struct RemovedPlate {
     colour_count: usize,
     noise_gain: Vec<Vec<f32>>,
     is_split: bool,
-}
-
-/// The amplification of noise by a removal: a measurement takes as long again as the removal itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum NoiseGain {
-    /// Not measured.
-    #[default]
-    Skip,
-    /// Measured for each pixel of each colour.
-    Measure,
 }
 
 impl PreparedPlate {

@@ -5,7 +5,7 @@ use seidel_core::Progress;
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
 use crate::handles;
-use crate::lens::SeidelLens;
+use crate::handles::SeidelLens;
 use crate::memory::check_removal_memory;
 use crate::plate::{HoldoutUse, Plate, SeidelPlate};
 use crate::pointers::{OutputPointer, Versioned, read_optional};

@@ -1,8 +1,7 @@
 //! The panic guard of every export: a panic or an error becomes a status and the thread's last error.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use crate::last_error;
+use crate::panics::catch_panic;
 use crate::status::{Failure, Result, SeidelStatus};
 
 /// Runs `work`. An error or a panic becomes a status, and the last error of this thread; success clears the last
@@ -21,26 +20,10 @@ pub(crate) fn guard(work: impl FnOnce() -> Result<()>) -> SeidelStatus {
     }
 }
 
-/// Runs `work` of an export without a status; returns `fallback` if it panics. The last error is unchanged.
-pub(crate) fn guard_or<T>(fallback: T, work: impl FnOnce() -> T) -> T {
-    catch_panic(work).unwrap_or(fallback)
-}
-
-/// Returns the result of `work`, or `None` if it panics.
-pub(crate) fn catch_panic<T>(work: impl FnOnce() -> T) -> Option<T> {
-    match catch_unwind(AssertUnwindSafe(work)) {
-        Ok(result) => Some(result),
-        Err(payload) => {
-            // Dropping an unknown payload could panic again.
-            std::mem::forget(payload);
-            None
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panics::guard_or;
     use crate::seidel_last_error;
     use std::ffi::c_char;
 

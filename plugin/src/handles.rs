@@ -9,8 +9,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use seidel_core::Lens;
 
-use crate::lens::SeidelLens;
 use crate::status::{Failure, Result};
+
+/// Handle of a lens. Any number of threads may use it at the same time.
+#[derive(Debug)]
+pub struct SeidelLens {
+    _opaque: [u8; 0],
+}
 
 /// Difference between two handles: they look like pointers to aligned memory.
 const STEP: usize = 16;

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::ffi::c_char;
 
-use crate::guard::guard_or;
+use crate::panics::guard_or;
 use crate::pointers::copy_string;
 
 /// Longest text that is stored, bytes; longer texts are cut.

@@ -8,7 +8,7 @@ use std::path::Path;
 use seidel_core::{Lens, library, psf};
 
 use crate::guard::guard;
-use crate::handles;
+use crate::handles::{self, SeidelLens};
 use crate::pointers::{
     OutputPointer, Versioned, copy_string, read_array, read_string, write_versioned,
 };
@@ -22,12 +22,6 @@ pub const SEIDEL_LENS_RAYS: u32 = 1;
 
 /// Largest lens profile that is read, bytes. A profile of thousands of planes is a tenth as long.
 const MAX_BYTES: u64 = 64 << 20;
-
-/// Handle of a lens. Any number of threads may use it at the same time.
-#[derive(Debug)]
-pub struct SeidelLens {
-    _opaque: [u8; 0],
-}
 
 /// Description of a lens as measured. Unknown numbers are NaN.
 #[derive(Debug, Clone, Copy)]

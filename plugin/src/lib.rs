@@ -41,18 +41,19 @@ mod threads;
 mod call_args;
 mod guard;
 mod handles;
+mod panics;
 mod pointers;
 
 pub use apply::seidel_apply;
 pub use callbacks::{SeidelCallbacks, SeidelProgress};
 pub use check_lens::seidel_check_lens;
+pub use handles::SeidelLens;
 pub use image::{SEIDEL_FLOAT, SEIDEL_HALF, SeidelImage, SeidelRect};
 pub use kernel::{SeidelKernel, seidel_kernel};
 pub use last_error::seidel_last_error;
 pub use lens::{
-    SEIDEL_LENS_MOMENTS, SEIDEL_LENS_RAYS, SeidelLens, SeidelLensInfo, seidel_lens_channel,
-    seidel_lens_info, seidel_lens_model, seidel_lens_open, seidel_lens_read, seidel_lens_release,
-    seidel_lens_retain,
+    SEIDEL_LENS_MOMENTS, SEIDEL_LENS_RAYS, SeidelLensInfo, seidel_lens_channel, seidel_lens_info,
+    seidel_lens_model, seidel_lens_open, seidel_lens_read, seidel_lens_release, seidel_lens_retain,
 };
 pub use match_colours::seidel_match_colours;
 pub use memory::seidel_memory_needed;

@@ -4,8 +4,8 @@ use seidel_core::{LensSession, ObjectDistance};
 
 use crate::guard::guard;
 use crate::handles;
+use crate::handles::SeidelLens;
 use crate::image::SeidelRect;
-use crate::lens::SeidelLens;
 use crate::plate::{PlateLayout, SeidelPlate};
 use crate::pointers::OutputPointer;
 use crate::settings::{SeidelSettings, Settings};

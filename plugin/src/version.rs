@@ -2,7 +2,7 @@
 
 use std::ffi::c_char;
 
-use crate::guard::guard_or;
+use crate::panics::guard_or;
 
 /// Version of the ABI that this header describes. It grows when functions, structs or members are added; existing
 /// ones do not change, so that a program runs with any library of its own ABI version or a later one.

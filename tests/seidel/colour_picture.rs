@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use seidel::pictures::comparison::{Crop, View, comparison};
 use seidel::pictures::display::{DisplayTransform, LinearRgb};
-use seidel_image_io::png::write_rgb8;
+use seidel_image_io::formats::png::write_rgb8;
 
 use crate::support::{read_channel, succeeds};
 

@@ -143,7 +143,7 @@ fn moment_coefficients_in_every_frame() {
         let field = 0.4 * case.lens.focal_length;
         for (got, key, unit) in [
             (s, "s_x", 1.0),
-            (s.in_p_frame(z2_over_z1), "s_p", 1.0),
+            (s.rescaled(1.0, 1.0 / z2_over_z1), "s_p", 1.0),
             (s.rescaled(1.0 / pitch, 1.0 / pitch), "s_px", pitch),
         ] {
             let want: [f64; 10] = numbers(&case.json[key]);

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use seidel_image_io::format::Format;
+
 use crate::support::{must_refuse, seidel_in, succeeds, write_plate, write_pupil_lens};
 
 fn info(folder: &Path, file: &str) -> String {
@@ -22,19 +24,14 @@ fn outputs_contain_their_provenance_in_every_format() {
         .to_rgb16()
         .save(folder.join("plate.png"))
         .expect("writable");
-    pixels
-        .to_rgb32f()
-        .save(folder.join("plate.tif"))
-        .expect("writable");
-    pixels
-        .to_rgb32f()
-        .save(folder.join("plate.hdr"))
-        .expect("writable");
-    succeeds(
-        folder,
-        "apply @plate.png -o @plate.dpx --lens @lens.json --distance 2 --amount 0 --no-provenance",
-    );
-    for format in ["exr", "png", "tif", "dpx", "hdr"] {
+    for format in Format::writable() {
+        let format = format.extension();
+        if !["exr", "png"].contains(&format) {
+            let line = format!(
+                "apply @plate.png -o @plate.{format} --lens @lens.json --distance 2 --amount 0 --no-provenance"
+            );
+            succeeds(folder, &line);
+        }
         assert!(!info(folder, &format!("plate.{format}")).contains("made by Seidel"));
         let line = format!(
             "apply @plate.{format} -o @one.{format} --lens @lens.json --distance 2 --amount 0.5"

@@ -75,7 +75,7 @@ fn write_test_files(folder: &Path, grain: f32) {
 
 /// Reads a channel inside the plate's own window.
 fn on_plate(path: &Path, channel: &str) -> Vec<f32> {
-    let plate = seidel_image_io::exr::ExrImage::open(path).expect("readable");
+    let plate = seidel_image_io::formats::exr::ExrImage::open(path).expect("readable");
     let id = plate.colour(None).expect("colour").colour[0];
     let window = plate.data_window(id);
     let (left, top) = (-window.x as usize, -window.y as usize);

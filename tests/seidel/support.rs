@@ -262,7 +262,7 @@ pub(crate) fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&
 
 /// Returns the samples of one channel of an EXR file.
 pub(crate) fn read_channel(path: &Path, name: &str) -> Vec<f32> {
-    let plate = seidel_image_io::exr::ExrImage::open(path).expect("readable");
+    let plate = seidel_image_io::formats::exr::ExrImage::open(path).expect("readable");
     let id = plate
         .channels()
         .into_iter()

@@ -5,11 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::error::Result;
-use crate::format::detect;
+use crate::formats::row_of_file;
 use crate::input::{InputFile, Limits};
-
-/// Names and values, in order.
-pub(crate) type NamedValues = Vec<(String, String)>;
+use crate::part::Part;
 
 /// The description of an image file.
 #[derive(Debug, Clone, Serialize)]
@@ -22,35 +20,18 @@ pub struct Description {
     pub parts: Vec<Part>,
 }
 
-/// The description of a part of a file; only OpenEXR files have several.
-#[derive(Debug, Clone, Serialize)]
-pub struct Part {
-    /// The name of the part, if it has one.
-    pub name: Option<String>,
-    /// Width and height of the data window, pixels.
-    pub size: (usize, usize),
-    /// Channels, each with its sample type.
-    pub channels: Vec<(String, String)>,
-    /// Storage of the pixels: compression, sample format and the like.
-    pub storage: Vec<(String, String)>,
-    /// Further metadata.
-    pub attributes: Vec<(String, String)>,
-    /// Provenance that Seidel has written.
-    pub provenance: Vec<(String, String)>,
-}
-
 impl Description {
     /// Describes an image file. The pixels of OpenEXR files are not read.
     ///
     /// # Errors
     /// A file that cannot be read, or is in no supported format.
     pub fn read(path: &Path) -> Result<Self> {
-        let format = detect(path)?;
+        let (format, implementation) = row_of_file(path)?;
         let input = InputFile::open(path, format, Limits::PLATE)?;
         Ok(Self {
             file: path.display().to_string(),
             format: format.to_string(),
-            parts: input.guarded(|input| format.implementation().describe(input))?,
+            parts: input.guarded(|input| implementation.describe(input))?,
         })
     }
 

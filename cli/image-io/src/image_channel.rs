@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, Result};
-use crate::exr::ExrImage;
-use crate::format::{Format, ImageFile};
+use crate::format::Format;
+use crate::formats::exr::ExrImage;
+use crate::image_file::ImageFile;
 use crate::input::Limits;
 use crate::raster::RasterImage;
 use crate::samples::SampleFormat;

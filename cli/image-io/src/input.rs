@@ -110,7 +110,7 @@ pub(crate) struct InputFile<'a> {
     pub(crate) file: File,
     /// Length of the file, bytes.
     pub(crate) length: u64,
-    format: Format,
+    pub(crate) format: Format,
     limits: Limits,
 }
 

@@ -9,7 +9,7 @@ use seidel_optics::profile::LensProfile;
 
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
-use crate::format::detect;
+use crate::formats::detect;
 use crate::json::{read_bytes, read_text};
 
 /// Limit of the length of lens profiles, bytes. Thousands of planes fit into a tenth of it.

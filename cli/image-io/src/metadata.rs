@@ -1,112 +1,16 @@
 //! Metadata: what files state beside their pixels.
 
-use std::fmt;
-use std::path::Path;
-
 use exr::meta::attribute::{KeyCode, TimeCode};
-
-use crate::error::Result;
-use crate::exr::key_code;
-use crate::format::Format;
-use crate::raster::RasterImage;
-use crate::samples::Encoding;
 
 /// Named texts of a file.
 pub type TextAttributes = Vec<(String, String)>;
 
-/// The metadata of a format that stores a single image. They pass through unchanged if the image is written in its own
-/// format again.
-pub(crate) trait Metadata: CloneMetadata + fmt::Debug + Send + Sync {
-    /// Returns the format whose metadata these are.
-    fn format(&self) -> Format;
+/// The prefix of the names of all provenance texts.
+pub(crate) const PROVENANCE_PREFIX: &str = "seidel";
 
-    /// Writes `image`, which has these metadata, whole or not at all.
-    ///
-    /// # Errors
-    /// A format that is read only, and a file that cannot be written.
-    fn write(&self, path: &Path, image: &RasterImage) -> Result<()>;
-
-    /// Returns the encoding that the file states; `None` in formats without such a statement.
-    fn encoding(&self) -> Option<Encoding> {
-        None
-    }
-
-    /// Returns the width of a pixel over its height.
-    fn pixel_aspect(&self) -> f64 {
-        1.0
-    }
-
-    /// Returns whether colour is premultiplied by alpha.
-    fn is_premultiplied(&self) -> bool {
-        true
-    }
-
-    /// Returns the ICC profile.
-    fn icc_profile(&self) -> Option<&[u8]> {
-        None
-    }
-
-    /// Returns the metadata that other formats store too.
-    fn common(&self) -> CommonMetadata {
-        CommonMetadata::default()
-    }
-
-    /// Removes every field about the colour space of the samples. Returns the names of the removed fields.
-    fn remove_colour_space(&mut self) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Returns what is worth showing to the user, by name.
-    fn summary(&self) -> TextAttributes {
-        TextAttributes::new()
-    }
-
-    /// Returns a warning about how the samples are interpreted.
-    fn read_warning(&self, _encoding: AssumedEncoding) -> Option<String> {
-        None
-    }
-
-    /// Returns warnings about metadata that are lost when `image` is written in the same format.
-    fn rewrite_losses(&self, _image: &RasterImage) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Returns the name of the metadata that are lost in another format, which stores the common metadata called
-    /// `kept`.
-    fn conversion_loss(&self, _kept: &[&str]) -> Option<String> {
-        None
-    }
-
-    /// Returns the name of one image, such as "page of the TIFF", if the file has more than the one that is read.
-    fn multiple_images(&self) -> Option<&'static str> {
-        None
-    }
-}
-
-/// The encoding with which samples are read.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct AssumedEncoding {
-    /// `None` if a colour space takes its place.
-    pub(crate) encoding: Option<Encoding>,
-    /// Whether the user has chosen it.
-    pub(crate) from_user: bool,
-}
-
-/// Cloning of boxed [`Metadata`].
-pub(crate) trait CloneMetadata {
-    fn clone_boxed(&self) -> Box<dyn Metadata>;
-}
-
-impl<M: Metadata + Clone + 'static> CloneMetadata for M {
-    fn clone_boxed(&self) -> Box<dyn Metadata> {
-        Box::new(self.clone())
-    }
-}
-
-impl Clone for Box<dyn Metadata> {
-    fn clone(&self) -> Self {
-        (**self).clone_boxed()
-    }
+/// Returns whether a text of that name belongs to the provenance of a file.
+pub(crate) fn is_provenance(name: &str) -> bool {
+    name.starts_with(PROVENANCE_PREFIX)
 }
 
 /// Metadata that both EXR and DPX store, so that a conversion between the two keeps them.
@@ -130,10 +34,14 @@ pub(crate) struct CommonMetadata {
     pub(crate) key_code: Option<KeyCode>,
 }
 
-/// EXR attributes of the common metadata that the `exr` library has no field for.
+// Names of EXR for common metadata.
 pub(crate) const CAMERA_MODEL: &str = "cameraModel";
 pub(crate) const CAMERA_SERIAL: &str = "cameraSerialNumber";
 pub(crate) const SHUTTER_ANGLE: &str = "shutterAngle";
+pub(crate) const KEY_CODE: &str = "keyCode";
+
+/// Perforations per frame and per count of 35 mm film, the defaults of OpenEXR.
+pub(crate) const DEFAULT_PERFORATIONS: (i32, i32) = (4, 64);
 
 impl CommonMetadata {
     /// Returns the names of the fields that have a value, as EXR calls them.
@@ -146,7 +54,7 @@ impl CommonMetadata {
             (self.camera_model.is_some(), CAMERA_MODEL),
             (self.camera_serial.is_some(), CAMERA_SERIAL),
             (self.shutter_angle.is_some(), SHUTTER_ANGLE),
-            (self.key_code.is_some(), key_code::NAME),
+            (self.key_code.is_some(), KEY_CODE),
         ];
         let present = fields.iter().filter(|(is_some, _)| *is_some);
         present.map(|(_, name)| *name).collect()
@@ -160,6 +68,25 @@ pub(crate) fn time_code_text(code: &TimeCode) -> String {
         "{:02}:{:02}:{:02}:{:02}{drop_frame}",
         code.hours, code.minutes, code.seconds, code.frame
     )
+}
+
+/// Returns the numbers of a key code in the order of OpenEXR, with its names.
+pub(crate) fn key_code_numbers(code: &KeyCode) -> [(&'static str, i32); 7] {
+    [
+        ("filmMfcCode", code.film_manufacturer_code),
+        ("filmType", code.film_type),
+        ("prefix", code.film_roll_prefix),
+        ("count", code.count),
+        ("perfOffset", code.perforation_offset),
+        ("perfsPerFrame", code.perforations_per_frame),
+        ("perfsPerCount", code.perforations_per_count),
+    ]
+}
+
+/// Formats a key code for people.
+pub(crate) fn key_code_text(code: &KeyCode) -> String {
+    let words = key_code_numbers(code).map(|(name, value)| format!("{name}={value}"));
+    words.join(" ")
 }
 
 /// Returns a frame rate as a number; `None` if it is not positive and finite.

@@ -1,16 +1,16 @@
-//! Images of formats that store a single image (PNG, TIFF, DPX, HDR, JPEG).
+//! Images of formats that store a single image, and the metadata that each format keeps beside the pixels.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use half::f16;
 
-use crate::description::Part;
 use crate::error::{FileError, Result};
-use crate::format::{Format, ImageFile};
-use crate::hdr;
-use crate::input::Limits;
-use crate::metadata::{Metadata, TextAttributes};
-use crate::provenance::is_provenance;
+use crate::format::Format;
+use crate::input::InputFile;
+use crate::metadata::{CommonMetadata, TextAttributes, is_provenance};
+use crate::part::Part;
+use crate::rgbe;
 use crate::samples::{Encoding, MAX_HALF, SampleFormat, clip_to_half, quantise};
 
 /// An image of a format that stores a single one.
@@ -18,6 +18,7 @@ use crate::samples::{Encoding, MAX_HALF, SampleFormat, clip_to_half, quantise};
 /// Planes are row-major and hold code values: integers scaled to 0..1, floats as they are.
 #[derive(Debug, Clone)]
 pub struct RasterImage {
+    pub(crate) format: Format,
     pub(crate) path: PathBuf,
     pub(crate) metadata: Box<dyn Metadata>,
     pub(crate) sample_format: SampleFormat,
@@ -34,26 +35,33 @@ pub struct RasterImage {
 }
 
 impl RasterImage {
-    /// Reads a PNG (8 or 16 bit), TIFF (8 or 16 bit, half or float), DPX (8 to 16 bit), HDR or JPEG file, recognised
-    /// by content.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is damaged, or is in another format.
-    pub fn open(path: &Path) -> Result<Self> {
-        match ImageFile::open(path, Limits::PLATE)? {
-            ImageFile::Raster(image) => Ok(image),
-            ImageFile::Exr(_) => Err(FileError::new(
-                path,
-                "",
-                "is an OpenEXR file",
-                "give a PNG, TIFF, DPX, HDR or JPEG file here",
-            )),
+    /// Creates the image of a file with the usual channel names for its number of planes, each of `size` (width,
+    /// height), and without texts.
+    pub(crate) fn new(
+        input: &InputFile,
+        metadata: impl Metadata + 'static,
+        sample_format: SampleFormat,
+        size: (usize, usize),
+        planes: Vec<Vec<f32>>,
+    ) -> Self {
+        Self {
+            format: input.format,
+            path: input.path.to_path_buf(),
+            metadata: Box::new(metadata),
+            sample_format,
+            width: size.0,
+            height: size.1,
+            names: channel_names(planes.len()),
+            planes,
+            texts: TextAttributes::new(),
+            changed: false,
+            warnings: Vec::new(),
         }
     }
 
     /// Returns the format of the file.
     pub fn format(&self) -> Format {
-        self.metadata.format()
+        self.format
     }
 
     /// Returns the path of the file.
@@ -69,11 +77,6 @@ impl RasterImage {
     /// Returns the height, pixels.
     pub fn height(&self) -> usize {
         self.height
-    }
-
-    /// Returns the text metadata, each with its name.
-    pub fn texts(&self) -> &[(String, String)] {
-        &self.texts
     }
 
     /// Returns the format in which samples are stored.
@@ -132,7 +135,7 @@ impl RasterImage {
         if let (SampleFormat::Rgbe, [red, green, blue]) = (self.sample_format, &mut self.planes[..])
         {
             for ((red, green), blue) in red.iter_mut().zip(green).zip(blue) {
-                [*red, *green, *blue] = hdr::quantise_pixel([*red, *green, *blue]);
+                [*red, *green, *blue] = rgbe::quantise_pixel([*red, *green, *blue]);
             }
         }
     }
@@ -197,7 +200,7 @@ impl RasterImage {
         let (max, above, alternative) = match self.sample_format {
             SampleFormat::F32 => return Vec::new(),
             SampleFormat::F16 => (MAX_HALF, "over 65504", "EXR as float"),
-            SampleFormat::Rgbe => (hdr::MAX_SAMPLE, "over 1.7e38", "EXR"),
+            SampleFormat::Rgbe => (rgbe::MAX_SAMPLE, "over 1.7e38", "EXR"),
             _ => (1.0, "over 1", "EXR or float TIFF"),
         };
         let range = match self.sample_format {
@@ -235,6 +238,98 @@ impl RasterImage {
             }
         }
         samples
+    }
+}
+
+/// The metadata of a format that stores a single image. They pass through unchanged if the image is written in its own
+/// format again.
+pub(crate) trait Metadata: CloneMetadata + fmt::Debug + Send + Sync {
+    /// Writes `image`, which has these metadata, whole or not at all.
+    ///
+    /// # Errors
+    /// A format that is read only, and a file that cannot be written.
+    fn write(&self, path: &Path, image: &RasterImage) -> Result<()>;
+
+    /// Returns the encoding that the file states; `None` in formats without such a statement.
+    fn encoding(&self) -> Option<Encoding> {
+        None
+    }
+
+    /// Returns the width of a pixel over its height.
+    fn pixel_aspect(&self) -> f64 {
+        1.0
+    }
+
+    /// Returns whether colour is premultiplied by alpha.
+    fn is_premultiplied(&self) -> bool {
+        true
+    }
+
+    /// Returns the ICC profile.
+    fn icc_profile(&self) -> Option<&[u8]> {
+        None
+    }
+
+    /// Returns the metadata that other formats store too.
+    fn common(&self) -> CommonMetadata {
+        CommonMetadata::default()
+    }
+
+    /// Removes every field about the colour space of the samples. Returns the names of the removed fields.
+    fn remove_colour_space(&mut self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Returns what is worth showing to the user, by name.
+    fn summary(&self) -> TextAttributes {
+        TextAttributes::new()
+    }
+
+    /// Returns a warning about how the samples are interpreted.
+    fn read_warning(&self, _encoding: AssumedEncoding) -> Option<String> {
+        None
+    }
+
+    /// Returns warnings about metadata that are lost when `image` is written in the same format.
+    fn rewrite_losses(&self, _image: &RasterImage) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Returns the name of the metadata that are lost in another format, which stores the common metadata called
+    /// `kept`.
+    fn conversion_loss(&self, _kept: &[&str]) -> Option<String> {
+        None
+    }
+
+    /// Returns the name of one image, such as "page of the TIFF", if the file has more than the one that is read.
+    fn multiple_images(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+/// The encoding with which samples are read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AssumedEncoding {
+    /// `None` if a colour space takes its place.
+    pub(crate) encoding: Option<Encoding>,
+    /// Whether the user has chosen it.
+    pub(crate) from_user: bool,
+}
+
+/// Cloning of boxed [`Metadata`].
+pub(crate) trait CloneMetadata {
+    fn clone_boxed(&self) -> Box<dyn Metadata>;
+}
+
+impl<M: Metadata + Clone + 'static> CloneMetadata for M {
+    fn clone_boxed(&self) -> Box<dyn Metadata> {
+        Box::new(self.clone())
+    }
+}
+
+impl Clone for Box<dyn Metadata> {
+    fn clone(&self) -> Self {
+        (**self).clone_boxed()
     }
 }
 

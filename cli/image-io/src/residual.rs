@@ -8,7 +8,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::*;
 
 use crate::error::{FileError, Result};
-use crate::exr::{Compressing, ExrImage, bounds, new_text, write_exr};
+use crate::formats::exr::{Compressing, ExrImage, bounds, new_text, window, write_exr};
 use crate::metadata::TextAttributes;
 use crate::windows::{ImageWindows, PixelWindow};
 
@@ -127,12 +127,7 @@ impl Residual {
         let residual = Self {
             path: path.to_owned(),
             windows: file.windows(channels[0].id),
-            plate: PixelWindow {
-                x: plate.position.x(),
-                y: plate.position.y(),
-                width: plate.size.width(),
-                height: plate.size.height(),
-            },
+            plate: window(*plate),
             names: names.to_vec(),
             sharp,
             residual,

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::meta::attribute::Text;
-use exr::prelude::LayerAttributes;
 use seidel_optics::tile::Tile;
 
 use crate::error::{FileError, Result};
-use crate::exr::{Compressing, write_exr};
-use crate::format::{Format, ImageFile};
+use crate::format::Format;
+use crate::formats::exr::{NewChannel, write_channels};
+use crate::formats::tiff;
+use crate::image_file::ImageFile;
 use crate::input::Limits;
-use crate::tiff;
+use crate::windows::ImageWindows;
 
 /// The samples of one channel of a tile, not yet checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,31 +85,27 @@ pub(crate) fn write(path: &Path, channels: &[String], tiles: &[Tile]) -> Result<
             "give one tile per channel, all of one size",
         ));
     }
-    if Format::from_path(path) == Some(Format::Tiff) {
+    if Format::from_path(path) == Some(tiff::FORMAT) {
         let planes = tiles.iter().map(|t| t.samples().to_vec()).collect();
         return tiff::write_float(path, width, height, planes);
     }
-    let mut list = Vec::new();
-    for (name, tile) in channels.iter().zip(tiles) {
-        let text = Text::new_or_none(name).filter(|n| !n.bytes().is_empty());
-        let Some(text) = text else {
-            return Err(FileError::new(
-                path,
-                format!("channel {name}"),
-                "has a name that OpenEXR does not allow",
-                "use plain letters and digits",
-            ));
-        };
-        list.push(AnyChannel::new(
-            text,
-            FlatSamples::F32(tile.samples().to_vec()),
+    let is_unnamable = |name: &&String| name.is_empty() || Text::new_or_none(name).is_none();
+    if let Some(name) = channels.iter().find(is_unnamable) {
+        return Err(FileError::new(
+            path,
+            format!("channel {name}"),
+            "has a name that OpenEXR does not allow",
+            "use plain letters and digits",
         ));
     }
-    let layer = Layer::new(
-        (width, height),
-        LayerAttributes::default(),
-        Encoding::SMALL_LOSSLESS,
-        AnyChannels::sort(list.into()),
-    );
-    write_exr(path, &Image::from_layer(layer), Compressing::Serial)
+    let mut new = Vec::new();
+    for (name, tile) in channels.iter().zip(tiles) {
+        let samples = tile.samples();
+        new.push(NewChannel {
+            name,
+            samples,
+            half: false,
+        });
+    }
+    write_channels(path, ImageWindows::of_size(width, height), &new)
 }

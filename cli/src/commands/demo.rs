@@ -18,10 +18,10 @@ use seidel_core::{
 };
 use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
 use seidel_image_io::error::FileError;
-use seidel_image_io::exr::{NewChannel, write_channels_with_texts};
+use seidel_image_io::formats::exr::{NewChannel, write_channels_with_texts};
+use seidel_image_io::formats::png::write_rgb8_with_texts;
 use seidel_image_io::metadata::TextAttributes;
 use seidel_image_io::observation_set;
-use seidel_image_io::png::write_rgb8_with_texts;
 use seidel_image_io::provenance::{Provenance, ProvenancePaths};
 use seidel_image_io::windows::ImageWindows;
 

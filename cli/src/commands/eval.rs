@@ -16,9 +16,9 @@ use crate::Console;
 use crate::pictures::shapes::shapes_picture;
 use crate::progress::ProgressArgs;
 use seidel_image_io::error::FileError;
+use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
-use seidel_image_io::png::write_rgb8;
 
 /// Options of `seidel eval`.
 #[derive(Debug, Args)]

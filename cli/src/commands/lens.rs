@@ -10,8 +10,8 @@ use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
 use crate::pictures::sheet::{SheetOptions, lens_sheet};
+use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::lens_profile;
-use seidel_image_io::png::write_rgb8;
 
 /// The subcommands of `seidel lens`.
 #[derive(Debug, Subcommand)]

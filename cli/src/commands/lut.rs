@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use seidel_colour::{Config, Processor};
+use seidel_image_io::formats::{names_read, names_written};
 
 use super::CommandError;
 use super::plates::{ConfigArgs, RunArgs};
@@ -19,12 +20,11 @@ use crate::progress::ProgressArgs;
 /// Options of `seidel lut`.
 #[derive(Debug, Args)]
 pub struct LutArgs {
-    /// Picture to convert: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; or a frame pattern such as plate.%04d.exr; omit
-    /// it to write a table
-    #[arg(value_name = "IN", requires = "output")]
+    #[arg(value_name = "IN", requires = "output", help = format!(
+        "Picture to convert: {}; or a frame pattern such as plate.%04d.exr; omit it to write a table", names_read()))]
     input: Option<PathBuf>,
-    /// Picture to write (EXR, PNG, TIFF, DPX or HDR), or table (.cube or .spi1d), by its extension
-    #[arg(short, long, value_name = "OUT", required_unless_present = "list")]
+    #[arg(short, long, value_name = "OUT", required_unless_present = "list", help = format!(
+        "Picture to write ({}), or table (.cube or .spi1d), by its extension", names_written()))]
     output: Option<PathBuf>,
     /// List the config's spaces, roles, displays and views
     #[arg(long, conflicts_with_all = ["input", "output", "in_space", "out_space", "view"])]

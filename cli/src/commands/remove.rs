@@ -17,7 +17,7 @@ use crate::Console;
 use crate::progress::ProgressArgs;
 use background::BackgroundArgs;
 use frame::Job;
-use seidel_image_io::format::{Format, check_output_name};
+use seidel_image_io::formats::exr;
 
 /// Options of `seidel remove`.
 #[derive(Debug, Args)]
@@ -135,7 +135,7 @@ pub(super) fn run(
     };
     let run = (args.shared.run).begin("removing blur", &files, command_line, console)?;
     for path in run.frames().iter().flat_map(|frame| &frame.written) {
-        check_output_name(path, Format::Exr)?;
+        exr::FORMAT.check_name(path)?;
     }
     reader.check_animation(&run)?;
     let removal = Removal::new(&args.removal, &reader, &run, Task::Remove);

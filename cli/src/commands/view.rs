@@ -11,7 +11,7 @@ use super::{CommandError, short_name, write_text};
 use crate::Console;
 use crate::view::{LensSubject, SetSubject, lens_page, report_page, set_page};
 use seidel_image_io::error::FileError;
-use seidel_image_io::format::detect;
+use seidel_image_io::formats::detect;
 use seidel_image_io::json::{TEXT_LIMIT_BYTES, read_json, read_text};
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};

@@ -3,9 +3,10 @@
 
 use seidel_core::calibrate::diagnose::{
     Capture, Cause, Diagnosis, Example, Gap, ModelShare, Order, OwnGapSource, Pair, Place, Shape,
-    Shares, TileGap, Value, Verdict, Zone,
+    Shares, TileGap, Verdict, Zone,
 };
 use seidel_core::distance::ObjectDistance;
+use seidel_core::effects::FittedValue;
 use seidel_core::field::{Frame, ImagePoint};
 use seidel_core::tile::Tile;
 
@@ -158,8 +159,8 @@ fn examples(given: f64, corrected: f64) -> Vec<Example> {
         .collect()
 }
 
-fn value(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> Value {
-    Value {
+fn value(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> FittedValue {
+    FittedValue {
         name,
         channel: None,
         unit,
@@ -201,7 +202,7 @@ fn causes(verdict: Verdict) -> Vec<Cause> {
     first.parameters = vec![
         value("radius_1", "pupil radii", 1.043, 0.012),
         value("shift_1", "pupil radii per half frame width", 0.514, 0.007),
-        Value {
+        FittedValue {
             channel: Some("R".to_owned()),
             ..value("tint", "px", -0.02, 0.004)
         },

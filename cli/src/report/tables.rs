@@ -1,7 +1,8 @@
 //! The tables of the page: causes, zones of the field, kinds of change of the PSF, pairs of causes.
 
-use seidel_core::calibrate::diagnose::{Cause, Diagnosis, Value};
+use seidel_core::calibrate::diagnose::{Cause, Diagnosis};
 use seidel_core::effects;
+use seidel_core::effects::FittedValue;
 
 use super::markup::{bar, escape, track};
 use super::words::{
@@ -78,7 +79,7 @@ fn cause_row(cause: &Cause, added: &[&str]) -> String {
     )
 }
 
-fn value_row(effect: &str, v: &Value) -> String {
+fn value_row(effect: &str, v: &FittedValue) -> String {
     let explanation = effects::by_id(effect).ok().and_then(|e| {
         let known = e.parameters().iter().find(|p| p.name == v.name);
         known.map(|p| p.meaning)

@@ -1,7 +1,8 @@
 //! Numbers, names and places as text.
 
-use seidel_core::calibrate::diagnose::{Place, Value, cause_words};
+use seidel_core::calibrate::diagnose::{Place, cause_words};
 use seidel_core::distance::ObjectDistance;
+use seidel_core::effects::FittedValue;
 
 use crate::pictures::{decimals, significant};
 
@@ -98,7 +99,7 @@ pub(super) fn probability(probability: f64) -> String {
 }
 
 /// Formats a value with its standard error, both to two digits of the error.
-pub(super) fn value(value: &Value) -> String {
+pub(super) fn value(value: &FittedValue) -> String {
     if value.sigma <= 0.0 {
         return minus_sign(&significant(value.value, 4));
     }
@@ -130,17 +131,17 @@ pub(super) fn distance(distance: ObjectDistance) -> String {
 
 /// Returns the name of an effect in plain words; its identifier where it has none.
 pub(super) fn title(id: &str) -> &str {
-    cause_words(id).map_or(id, |words| words.title)
+    cause_words(id).title
 }
 
 /// Returns the meaning of an effect for the lens or the camera.
 pub(super) fn meaning(id: &str) -> &'static str {
-    cause_words(id).map_or("", |words| words.meaning)
+    cause_words(id).meaning
 }
 
 /// Returns the advice on what to do about an effect.
 pub(super) fn action(id: &str) -> &'static str {
-    cause_words(id).map_or("", |words| words.action)
+    cause_words(id).action
 }
 
 /// Joins names as `a`, `a and b`, or `a, b and c`, with `last` for the conjunction.
@@ -217,7 +218,7 @@ mod tests {
         assert_eq!(gap(0.000_047), "0.0047\u{a0}%");
         assert_eq!(round_gap(0.01), "1\u{a0}%");
         assert_eq!(probability(1e-9), "<\u{a0}0.1\u{a0}%");
-        let mut v = Value {
+        let mut v = FittedValue {
             name: "w060",
             channel: None,
             unit: "px",

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 use seidel_core::distance::ObjectDistance;
+use seidel_core::effects::Symmetry;
 use seidel_core::field::FieldPoint;
 use seidel_core::optics::BlurField;
-use seidel_core::profile::{Controls, LensProfile, ProfileEffect, PupilChannel};
+use seidel_core::profile::{Controls, LensProfile, PupilChannel};
 use seidel_core::psf::{LocalBlur, PsfModel, SampleGrid};
 use seidel_core::{Lens, Result};
 use serde::Serialize;
@@ -45,79 +46,29 @@ pub struct LensSubject<'a> {
     pub smallest_aperture: Option<f64>,
 }
 
-/// The symmetry of a lens over the field, which saves tiles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Symmetry {
-    /// Alike at every azimuth.
-    Round,
-    /// Mirrored at both axes of the frame.
-    TwoPlanes,
-    /// None.
-    None,
+/// Returns the symmetry of a lens over the field, which saves tiles.
+fn symmetry(profile: &LensProfile) -> Symmetry {
+    let channels = profile.pupil_channels().iter();
+    let effects = channels.flat_map(|channel| channel.effects.iter().chain(&channel.added));
+    let each = effects.map(|carried| carried.effect.symmetry(&carried.values));
+    each.max().unwrap_or(Symmetry::Round)
 }
 
-/// Effects that turn with the meridian, as third-order aberrations do.
-const ROUND_EFFECTS: [&str; 13] = [
-    "pupil_scale",
-    "defocus_offset",
-    "depth_scale",
-    "higher_order",
-    "seventh_order",
-    "axial_colour",
-    "lateral_colour",
-    "distortion",
-    "vignetting",
-    "obstruction",
-    "diffraction",
-    "veiling_glare",
-    "tone_curve",
-];
-/// Effects with two planes of symmetry, those of the frame.
-const TWO_PLANE_EFFECTS: [&str; 3] = ["double_plane", "anamorphic", "pixel_footprint"];
-
-/// Returns whether the filter of an uneven pupil lies on the axis.
-fn is_centred(carried: &ProfileEffect) -> bool {
-    let names = carried.effect.parameters().iter().zip(&carried.values);
-    names
-        .filter(|(parameter, _)| parameter.name.starts_with("centre"))
-        .all(|(_, series)| series.coefficients.iter().all(|c| *c == 0.0))
+/// Returns the azimuths at which PSFs are drawn, degrees.
+fn azimuths_deg(symmetry: Symmetry) -> Vec<f64> {
+    let count = match symmetry {
+        Symmetry::Round => 1,
+        Symmetry::TwoPlanes => (90.0 / AZIMUTH_STEP_DEG) as usize + 1,
+        Symmetry::None => (360.0 / AZIMUTH_STEP_DEG) as usize,
+    };
+    (0..count).map(|k| k as f64 * AZIMUTH_STEP_DEG).collect()
 }
 
-impl Symmetry {
-    fn of(profile: &LensProfile) -> Self {
-        let channels = profile.pupil_channels().iter();
-        let effects = channels.flat_map(|channel| channel.effects.iter().chain(&channel.added));
-        let each = effects.map(|carried| match carried.effect.id() {
-            id if ROUND_EFFECTS.contains(&id) => Self::Round,
-            id if TWO_PLANE_EFFECTS.contains(&id) => Self::TwoPlanes,
-            "apodisation" if is_centred(carried) => Self::Round,
-            // Blades, decentring, tilt, motion and filters beside the axis.
-            _ => Self::None,
-        });
-        each.fold(Self::Round, |least, own| match (least, own) {
-            (Self::None, _) | (_, Self::None) => Self::None,
-            (Self::TwoPlanes, _) | (_, Self::TwoPlanes) => Self::TwoPlanes,
-            _ => Self::Round,
-        })
-    }
-
-    /// Returns the azimuths at which PSFs are drawn, degrees.
-    fn azimuths_deg(self) -> Vec<f64> {
-        let count = match self {
-            Self::Round => 1,
-            Self::TwoPlanes => (90.0 / AZIMUTH_STEP_DEG) as usize + 1,
-            Self::None => (360.0 / AZIMUTH_STEP_DEG) as usize,
-        };
-        (0..count).map(|k| k as f64 * AZIMUTH_STEP_DEG).collect()
-    }
-
-    /// Returns the step by which the page turns the field, degrees.
-    fn step_deg(self) -> f64 {
-        match self {
-            Self::Round => ROUND_STEP_DEG,
-            Self::TwoPlanes | Self::None => AZIMUTH_STEP_DEG,
-        }
+/// Returns the step by which the page turns the field, degrees.
+fn azimuth_step_deg(symmetry: Symmetry) -> f64 {
+    match symmetry {
+        Symmetry::Round => ROUND_STEP_DEG,
+        Symmetry::TwoPlanes | Symmetry::None => AZIMUTH_STEP_DEG,
     }
 }
 
@@ -159,11 +110,11 @@ struct State {
 pub fn lens_page(subject: &LensSubject) -> Result<String> {
     let profile = subject.lens.profile();
     let frame = profile.frame;
-    let symmetry = Symmetry::of(profile);
+    let symmetry = symmetry(profile);
     let polar = Polar {
         rings: RINGS.map(|share| share * frame.corner_radius()).to_vec(),
-        azimuths: symmetry.azimuths_deg(),
-        step_deg: symmetry.step_deg(),
+        azimuths: azimuths_deg(symmetry),
+        step_deg: azimuth_step_deg(symmetry),
         symmetry,
     };
     let places = places(&polar);
@@ -219,7 +170,7 @@ pub fn lens_page(subject: &LensSubject) -> Result<String> {
             counted(distances.len(), "distance"),
             counted(stops.len(), "stop"),
             counted(places.len(), "place"),
-            symmetry.step_deg()
+            azimuth_step_deg(symmetry)
         ),
     };
     let data = LensData {

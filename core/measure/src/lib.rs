@@ -20,7 +20,6 @@
 //! | [`edges`] | straight edges: segments, lines, profiles and their moments |
 //! | [`printed`] | charts to print: noise, edges, board, lights |
 //! | [`capture_plan`] | what to photograph: distances, sizes, exposures |
-//! | [`repeats`] | lights that moved between photographs |
 //!
 //! Counts are linear in light. Frame pixels have x right, y down and (0, 0) at the outer corner of the top-left pixel.
 #![forbid(unsafe_code)]
@@ -38,7 +37,6 @@ pub mod photon_transfer;
 pub mod printed;
 pub mod profile_fit;
 pub mod rejection;
-pub mod repeats;
 mod robust;
 pub mod smooth_field;
 

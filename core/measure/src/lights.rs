@@ -2,6 +2,7 @@
 
 mod candidate;
 mod outliers;
+mod repeats;
 
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
@@ -16,9 +17,9 @@ use crate::detection::{Filtered, Peak, Signal};
 use crate::photograph::Photograph;
 use crate::profile_fit::Profile;
 use crate::rejection::{LeftOut, Reason};
-use crate::repeats::reject_moved;
 use crate::robust::quantile;
 use candidate::Scene;
+use repeats::reject_moved;
 
 /// Settings of [`measure_lights`].
 #[derive(Debug, Clone, Copy, PartialEq)]

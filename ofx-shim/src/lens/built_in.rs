@@ -6,6 +6,7 @@
 use std::ffi::CStr;
 use std::fmt::Write;
 
+use seidel_core::effects::{Effect, Vignetting};
 use seidel_core::library::{self, LibraryLens};
 
 /// The menu: a file, then the lenses that come with the plugin. Projects store the index, so that it grows at its end only.
@@ -182,7 +183,8 @@ impl Design {
             return String::new();
         };
         format!(
-            r#"{{"id": "vignetting", "parameters": {{"radius_1": {}, "shift_1": {}, "radius_2": {}, "shift_2": {}}}}}"#,
+            r#"{{"id": "{}", "parameters": {{"radius_1": {}, "shift_1": {}, "radius_2": {}, "shift_2": {}}}}}"#,
+            Vignetting.id(),
             series(&[radius_1]),
             series(&[shift_1]),
             series(&[radius_2]),

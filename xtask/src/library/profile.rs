@@ -2,7 +2,7 @@
 
 use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::effects;
+use seidel_optics::effects::{self, Effect};
 use seidel_optics::field::Frame;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{
@@ -79,7 +79,7 @@ fn channel(design: &Design, k: usize) -> Result<PupilChannel, String> {
     let mut carried: Vec<ProfileEffect> = Vec::new();
     for own in effects::ALL {
         let values = design.effects.iter().find(|(id, _)| *id == own.id());
-        let two_planes = (design.squeeze).filter(|_| own.id() == "double_plane");
+        let two_planes = (design.squeeze).filter(|_| own.id() == effects::DoublePlane.id());
         if values.is_some() || two_planes.is_some() {
             let parameters = values.map_or(&[][..], |(_, parameters)| parameters);
             let along_x = two_planes.map(|squeeze| {

@@ -2,6 +2,7 @@
 
 mod c_abi;
 mod dependencies;
+mod effects;
 mod files;
 mod language;
 mod modules;
@@ -31,6 +32,7 @@ fn problems(root: &Path) -> Vec<String> {
     let mut problems = check_packages(&tree);
     files::check(&tree, &mut problems);
     registries::check(&tree, &mut problems);
+    effects::check(&tree, &mut problems);
     c_abi::check_header(root, &tree, &mut problems);
     language::check(&tree, &mut problems);
     problems

@@ -25,12 +25,11 @@ pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
     for registry in &REGISTRIES {
         check_registry(tree, registry, problems);
     }
-    check_effects_page(tree, problems);
     check_host_checks(tree, problems);
 }
 
 /// The `mod.rs` that holds the list, and the list.
-fn find_list<'a>(tree: &'a Tree, folder: &str) -> Option<(&'a TextFile, &'a str)> {
+pub(super) fn find_list<'a>(tree: &'a Tree, folder: &str) -> Option<(&'a TextFile, &'a str)> {
     let end = format!("/{folder}/mod.rs");
     tree.files().find_map(|file| {
         let (_, list) = file.text.split_once("pub static ALL")?;
@@ -58,7 +57,7 @@ fn check_registry(tree: &Tree, registry: &Registry, problems: &mut Vec<String>) 
 }
 
 /// Types that a file implements one of `traits` for.
-fn implementations<'a>(
+pub(super) fn implementations<'a>(
     file: &'a TextFile,
     traits: &'static [&'static str],
 ) -> impl Iterator<Item = &'a str> {
@@ -67,30 +66,6 @@ fn implementations<'a>(
         let name = rest.split([' ', '{']).next()?;
         traits.contains(&of).then_some(name)
     })
-}
-
-/// Every effect has a row in both tables of its page: what it does, and its parameters.
-fn check_effects_page(tree: &Tree, problems: &mut Vec<String>) {
-    let Some(page) = tree.files().find(|file| file.path.ends_with("/effects.md")) else {
-        problems.push("no page effects.md under docs/".to_owned());
-        return;
-    };
-    let Some((list, _)) = find_list(tree, "effects") else {
-        return;
-    };
-    let folder = list.path.trim_end_matches("mod.rs");
-    for file in tree.rust_files(folder) {
-        if implementations(file, &["Effect"]).next().is_none() {
-            continue;
-        }
-        let id = file.path[folder.len()..].trim_end_matches(".rs");
-        if page.text.matches(&format!("\n| `{id}` |")).count() != 2 {
-            problems.push(format!(
-                "{}: `{id}` lacks a row in {}",
-                file.path, page.path
-            ));
-        }
-    }
 }
 
 /// Every check of the OpenFX test host is in its list.

@@ -1,5 +1,6 @@
 //! Typed reading of JSON objects that collects all faults.
 
+use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Fault;
 use serde_json::{Map, Value};
 
@@ -14,24 +15,31 @@ pub(super) struct Fields<'v, 'f> {
 }
 
 impl<'v, 'f> Fields<'v, 'f> {
-    pub(super) fn new(
-        object: &'v Map<String, Value>,
-        prefix: &'static str,
+    /// Returns the fields of a JSON value; `None`, with a fault of `field`, if it is no object.
+    pub(super) fn of_value(
+        value: &'v Value,
         observation: Option<usize>,
+        field: &str,
         faults: &'f mut Vec<Fault>,
-    ) -> Self {
-        let file = object
-            .get("file")
-            .and_then(Value::as_str)
-            .unwrap_or_default()
-            .to_owned();
-        Self {
+    ) -> Option<Self> {
+        let Some(object) = value.as_object() else {
+            faults.push(Fault {
+                observation,
+                file: String::new(),
+                field: field.to_owned(),
+                problem: format!("is {}", abbreviated(value)),
+                remedy: "give a JSON object".to_owned(),
+            });
+            return None;
+        };
+        let file = object.get("file").and_then(Value::as_str);
+        Some(Self {
             object,
-            prefix,
+            prefix: "",
             observation,
-            file,
+            file: file.unwrap_or_default().to_owned(),
             faults,
-        }
+        })
     }
 
     /// Returns the fields of an object within this one.
@@ -86,27 +94,49 @@ impl<'v, 'f> Fields<'v, 'f> {
         value
     }
 
+    /// Converts an optional value by `read`; reports a fault where that fails.
+    pub(super) fn parsed<T>(
+        &mut self,
+        key: &str,
+        remedy: &str,
+        read: impl FnOnce(&'v Value) -> Option<T>,
+    ) -> Option<T> {
+        let value = self.get(key)?;
+        let parsed = read(value);
+        if parsed.is_none() {
+            self.fault(key, format!("is {}", abbreviated(value)), remedy);
+        }
+        parsed
+    }
+
+    /// Converts a required value by `read`; reports a fault where that fails.
+    pub(super) fn required_parsed<T>(
+        &mut self,
+        key: &str,
+        what: &str,
+        read: impl FnOnce(&'v Value) -> Option<T>,
+    ) -> Option<T> {
+        self.required(key, what)?;
+        self.parsed(key, &format!("give {what}"), read)
+    }
+
     /// Returns `value` as a finite number; otherwise reports a fault of `key`.
     pub(super) fn number_of(&mut self, key: &str, value: &Value, remedy: &str) -> Option<f64> {
-        match value.as_f64().filter(|n| n.is_finite()) {
-            Some(number) => Some(number),
-            None => {
-                self.fault(key, format!("is {}", abbreviated(value)), remedy);
-                None
-            }
+        let number = finite(value);
+        if number.is_none() {
+            self.fault(key, format!("is {}", abbreviated(value)), remedy);
         }
+        number
     }
 
     /// Returns a required number.
     pub(super) fn required_number(&mut self, key: &str, what: &str) -> Option<f64> {
-        let value = self.required(key, what)?;
-        self.number_of(key, value, &format!("give {what}"))
+        self.required_parsed(key, what, finite)
     }
 
     /// Returns an optional number.
     pub(super) fn number(&mut self, key: &str, what: &str) -> Option<f64> {
-        let value = self.get(key)?;
-        self.number_of(key, value, &format!("give {what}, or leave it out"))
+        self.parsed(key, &format!("give {what}, or leave it out"), finite)
     }
 
     /// Returns an optional number greater than zero.
@@ -122,6 +152,23 @@ impl<'v, 'f> Fields<'v, 'f> {
         }
         Some(number)
     }
+
+    /// Returns a distance in metres: absent is unknown, null is infinity.
+    pub(super) fn distance(&mut self, key: &str) -> ObjectDistance {
+        const REMEDY: &str = "give metres greater than zero, null for infinity, or leave it out";
+        let metres = match self.get(key) {
+            None => None,
+            Some(Value::Null) => return ObjectDistance::Infinity,
+            Some(value) => self.number_of(key, value, REMEDY),
+        };
+        let distance = metres.map(ObjectDistance::metres).transpose();
+        let distance = distance.map_err(|error| self.fault(key, error.problem, REMEDY));
+        distance.ok().flatten().unwrap_or(ObjectDistance::Unknown)
+    }
+}
+
+fn finite(value: &Value) -> Option<f64> {
+    value.as_f64().filter(|number| number.is_finite())
 }
 
 /// Formats a JSON value for a message, abbreviated.
@@ -164,6 +211,14 @@ pub(super) fn quote_non_finite(text: &str) -> String {
         rest = &rest[length..];
     }
     quoted
+}
+
+/// Returns whether the name of a tile stays inside the folder of the set on every system.
+pub(super) fn is_inside(name: &str) -> bool {
+    let drive = name.as_bytes().get(1) == Some(&b':');
+    let rooted = name.starts_with(['/', '\\']);
+    let climbs = name.split(['/', '\\']).any(|part| part == "..");
+    !name.is_empty() && !name.contains('\0') && !drive && !rooted && !climbs
 }
 
 #[cfg(test)]

@@ -5,28 +5,16 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::observations::{ChannelMeasurement, Measurement, Observation};
 use serde_json::{Map, Value, json};
 
-use super::fields::{Fields, abbreviated};
+use super::fields::{Fields, is_inside};
 
 /// The keys of this module.
 pub(super) const KEYS: [&str; 5] = ["source", "centroid", "centroid_sigma", "flux", "snr"];
 
 /// Reads the figures of a measurement; `None` if the observation has no centroids.
 pub(super) fn read(fields: &mut Fields<'_, '_>, channels: &[String]) -> Option<Measurement> {
-    let source = match fields.get("source") {
-        None => String::new(),
-        Some(Value::String(name)) => name.clone(),
-        Some(other) => {
-            let problem = format!("is {}", abbreviated(other));
-            fields.fault("source", problem, "give the photograph's file name");
-            String::new()
-        }
-    };
-    let centroids = fields.get("centroid")?;
-    let Some(centroids) = centroids.as_object() else {
-        let problem = format!("is {}", abbreviated(centroids));
-        fields.fault("centroid", problem, "give an object of [x, y] by channel");
-        return None;
-    };
+    let source = fields.parsed("source", "give the photograph's file name", Value::as_str);
+    let remedy = "give an object of [x, y] by channel";
+    let centroids = fields.parsed("centroid", remedy, Value::as_object)?;
     let figures = |fields: &mut Fields<'_, '_>, name: &str| -> Option<ChannelMeasurement> {
         let pair = centroids.get(name)?.as_array().map(Vec::as_slice);
         let centroid = match pair {
@@ -58,7 +46,10 @@ pub(super) fn read(fields: &mut Fields<'_, '_>, channels: &[String]) -> Option<M
         })
     };
     let channels = channels.iter().map(|name| figures(fields, name)).collect();
-    Some(Measurement { source, channels })
+    Some(Measurement {
+        source: source.unwrap_or_default().to_owned(),
+        channels,
+    })
 }
 
 /// Adds the figures of the measurement of `observation` to its entry.
@@ -87,21 +78,14 @@ pub(super) fn write(map: &mut Map<String, Value>, observation: &Observation, cha
 }
 
 /// Reads the name of the weight mask, a file inside the set's folder.
-pub(super) fn weight_mask_name(value: &Value, index: usize) -> Result<Option<&str>, Fault> {
-    let fault = |problem: String| Fault {
-        observation: Some(index),
-        file: value
-            .get("file")
-            .and_then(Value::as_str)
-            .unwrap_or_default()
-            .to_owned(),
-        field: "weight_mask".to_owned(),
-        problem,
-        remedy: "name a file of zeros and ones in the set's folder, or leave it out".to_owned(),
-    };
-    match value.get("weight_mask") {
-        None => Ok(None),
-        Some(Value::String(name)) if super::entry::is_inside(name) => Ok(Some(name)),
-        Some(other) => Err(fault(format!("is {}", abbreviated(other)))),
-    }
+pub(super) fn weight_mask_name<'v>(
+    value: &'v Value,
+    index: usize,
+    faults: &mut Vec<Fault>,
+) -> Option<&'v str> {
+    const REMEDY: &str = "name a file of zeros and ones in the set's folder, or leave it out";
+    value.get("weight_mask")?;
+    let mut fields = Fields::of_value(value, Some(index), "observation", faults)?;
+    let inside = |value: &'v Value| value.as_str().filter(|name| is_inside(name));
+    fields.parsed("weight_mask", REMEDY, inside)
 }

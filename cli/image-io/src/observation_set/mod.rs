@@ -1,9 +1,10 @@
 //! PSF observation sets as folders: `manifest.json` and the image files of the tiles.
 
-mod entry;
 mod fields;
 mod measurement;
+mod observation_entry;
 mod read;
+mod set_entry;
 mod write;
 
 pub use read::{LoadedSet, ReadOptions, SkippedObservation, read};

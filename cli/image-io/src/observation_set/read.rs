@@ -8,9 +8,9 @@ use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 use serde_json::Value;
 
-use super::entry::SetEntry;
-use super::fields::quote_non_finite;
-use super::{MANIFEST, PLANE, entry, measurement};
+use super::fields::{is_inside, quote_non_finite};
+use super::set_entry::{self, SetEntry};
+use super::{MANIFEST, PLANE, measurement, observation_entry};
 use crate::error::{FileError, Result};
 use crate::json::{TEXT_LIMIT_BYTES, parse_json, read_text};
 use crate::tile_image;
@@ -55,7 +55,7 @@ pub fn read(path: &Path, options: ReadOptions) -> Result<LoadedSet> {
     };
     let folder = manifest.parent().unwrap_or(Path::new("")).to_path_buf();
     let mut set_faults = Vec::new();
-    let Some(set) = entry::read_set(&root, &mut set_faults) else {
+    let Some(set) = set_entry::read(&root, &mut set_faults) else {
         return Err(FileError::many(manifest, set_faults));
     };
 
@@ -143,14 +143,14 @@ fn read_observation(
 ) -> std::result::Result<Observation, Vec<Fault>> {
     let channels = &set.channels;
     let mut faults = Vec::new();
-    let entry = entry::read_observation(value, index, channels, &mut faults);
+    let entry = observation_entry::read(value, index, channels, &mut faults);
     // The tile is read even if another field is bad, so that its faults are reported too.
     let name = value
         .get("file")
         .and_then(Value::as_str)
         .unwrap_or_default();
     let mut tiles = Vec::new();
-    if entry::is_inside(name) {
+    if is_inside(name) {
         // All channels of a mosaic share its only plane.
         let plane = [PLANE.to_owned()];
         let stored = match set.mosaic {
@@ -178,20 +178,16 @@ fn read_observation(
     if let (Some(_), [tile]) = (set.mosaic, tiles.as_slice()) {
         tiles = vec![tile.clone(); channels.len()];
     }
-    let weight_mask = match measurement::weight_mask_name(value, index) {
-        Ok(Some(name)) => match tile_image::read(&folder.join(name), &[PLANE.to_owned()]) {
+    let mask_name = measurement::weight_mask_name(value, index, &mut faults);
+    let weight_mask = mask_name.and_then(|mask| {
+        match tile_image::read(&folder.join(mask), &[PLANE.to_owned()]) {
             Ok(planes) => Some(planes[0].samples.iter().map(|v| *v > 0.0).collect()),
             Err(error) => {
-                faults.extend(error.into_faults(index, name));
+                faults.extend(error.into_faults(index, mask));
                 None
             }
-        },
-        Ok(None) => None,
-        Err(fault) => {
-            faults.push(fault);
-            None
         }
-    };
+    });
     match entry {
         Some(entry) if faults.is_empty() => Ok(Observation {
             file: entry.file,

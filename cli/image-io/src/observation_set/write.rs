@@ -9,11 +9,12 @@ use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 use serde_json::{Map, Value, json};
 
-use super::entry::is_inside;
+use super::fields::is_inside;
 use super::{FORMAT, MANIFEST, MOSAIC_VERSION, PLANE, VERSION, measurement};
 use crate::atomic::write_folder_atomically;
 use crate::error::{FileError, Result};
-use crate::format::Format;
+use crate::formats::exr;
+use crate::formats::tiff;
 use crate::json::write_json;
 use crate::tile_image;
 
@@ -72,13 +73,12 @@ fn tile_names(set: &ObservationSet) -> Vec<String> {
         .observations
         .iter()
         .map(|o| {
-            let name = match Format::from_path(Path::new(&o.file)) {
-                Some(Format::Exr) => o.file.clone(),
-                Some(Format::Tiff) if fits_tiff => o.file.clone(),
-                _ => Path::new(&o.file)
-                    .with_extension("exr")
-                    .to_string_lossy()
-                    .into_owned(),
+            let path = Path::new(&o.file);
+            let is_tiff = fits_tiff && tiff::FORMAT.is_name(path);
+            let name = if is_tiff || exr::FORMAT.is_name(path) {
+                o.file.clone()
+            } else {
+                path.with_extension("exr").to_string_lossy().into_owned()
             };
             // Some file systems ignore case.
             let is_free = is_inside(&name) && taken.insert(name.to_lowercase());

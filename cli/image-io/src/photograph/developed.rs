@@ -4,14 +4,15 @@ use std::path::Path;
 
 use super::{PhotographFile, PhotographOptions, Precision, SensorPlane, clipping_level};
 use crate::error::{FileError, Result};
-use crate::format::{self, Format};
+use crate::formats::detect;
+use crate::formats::exr;
 use crate::plate::{Plate, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::{Encoding, SampleFormat};
 
 /// Reads an image of any format that plates may have.
 pub(super) fn read(path: &Path, options: &PhotographOptions) -> Result<PhotographFile> {
-    if format::detect(path)? == Format::Exr {
+    if detect(path)? == exr::FORMAT {
         return read_exr(path, options);
     }
     let image = RasterImage::open(path)?;

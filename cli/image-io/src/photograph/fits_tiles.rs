@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ricecomp::read::RCDecoder;
 
-use super::fits::{FULL_SCALE, Header, scale};
+use super::fits_header::{FULL_SCALE, Header};
 use super::{SensorPlane, check_size};
 use crate::error::{FileError, Result};
 
@@ -77,7 +77,7 @@ pub(super) fn read(path: &Path, header: &Header, bytes: &[u8]) -> Result<SensorP
         },
         bytes_per_pixel: size,
     };
-    let scaled = scale(header);
+    let scaled = header.scale();
     let mut samples = vec![0.0; width * height];
     for index in 0..rows {
         let row = bytes.get(index * row_bytes..(index + 1) * row_bytes);

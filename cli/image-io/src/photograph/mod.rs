@@ -12,6 +12,7 @@ mod developed;
 mod directory;
 mod dng;
 mod fits;
+mod fits_header;
 mod fits_tiles;
 mod lossless_jpeg;
 mod pgm;

@@ -1,9 +1,8 @@
 //! The colour space that the file of a plate states.
 
 use super::{Plate, Source};
+use crate::formats::exr::COLOUR_SPACE;
 
-/// The attribute of OpenImageIO that names the colour space.
-pub(crate) const COLOUR_SPACE: &str = "oiio:ColorSpace";
 /// The attribute of the Color Interop Forum that identifies the colour space.
 const INTEROP_ID: &str = "colorInteropID";
 

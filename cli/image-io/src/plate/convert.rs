@@ -1,55 +1,32 @@
 //! Conversion of a plate to another format: what becomes of its samples, and warnings about everything that is lost.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{Plate, Source};
 use crate::error::Result;
-use crate::exr::ExrCompression;
 use crate::format::{AlphaSupport, Capabilities, Format, GreySupport};
+use crate::formats::Row;
 use crate::input::Limits;
-use crate::metadata::{CommonMetadata, Metadata, TextAttributes};
-use crate::provenance::is_provenance;
-use crate::raster::RasterImage;
+use crate::metadata::{CommonMetadata, TextAttributes, is_provenance};
+use crate::new_image::NewImage;
 use crate::samples::{Encoding, MAX_HALF, SampleFormat};
 use crate::windows::{ImageWindows, crop_or_pad};
 
 /// Largest number of lost channels that a warning names.
 const MAX_NAMED_CHANNELS: usize = 12;
 
-/// An image that was converted to what a format can store.
-#[derive(Debug, Clone)]
-pub(crate) struct NewImage {
-    /// The path of the plate.
-    pub(crate) path: PathBuf,
-    pub(crate) windows: ImageWindows,
-    pub(crate) pixel_aspect: f64,
-    /// Names of the colour planes.
-    pub(crate) names: Vec<String>,
-    /// Code values, row-major over the data window.
-    pub(crate) colour: Vec<Vec<f32>>,
-    pub(crate) alpha: Option<Vec<f32>>,
-    pub(crate) premultiplied: bool,
-    pub(crate) sample_format: SampleFormat,
-    /// The encoding of the code values; `None` if they are of some colour space.
-    pub(crate) encoding: Option<Encoding>,
-    pub(crate) icc_profile: Option<Vec<u8>>,
-    pub(crate) texts: TextAttributes,
-    pub(crate) common: CommonMetadata,
-    /// The colour space that colour was converted to, if it was converted.
-    pub(crate) colour_space: Option<String>,
-    pub(crate) compression: Option<ExrCompression>,
-}
-
 impl Plate {
-    /// Writes the plate in the format `target`, which is not its own. Returns warnings about everything that changes.
+    /// Writes the plate in the format of `row`, which is not its own. Returns warnings about everything that changes.
     ///
     /// # Errors
     /// A display window that is too large to be stored without a data window, and a target that cannot be written.
-    pub(super) fn convert(&self, path: &Path, target: Format) -> Result<Vec<String>> {
-        let capabilities = target.info().capabilities;
+    pub(super) fn convert(&self, path: &Path, row: Row) -> Result<Vec<String>> {
+        let (target, implementation) = row;
+        let capabilities = target.capabilities;
         let mut warnings = self.lost_metadata(target, capabilities);
         let texts = self.new_texts(capabilities, &mut warnings);
         let mut image = NewImage {
+            format: target,
             path: self.path().to_path_buf(),
             windows: self.windows,
             pixel_aspect: self.pixel_aspect(),
@@ -71,7 +48,7 @@ impl Plate {
         image.convert_alpha(target, &mut warnings);
         image.convert_grey(target, &mut warnings);
         self.encode(&mut image, target, &mut warnings);
-        warnings.extend(target.implementation().write_new(path, image)?);
+        warnings.extend(implementation.write_new(path, image)?);
         Ok(warnings)
     }
 
@@ -189,9 +166,7 @@ impl Plate {
     fn encode(&self, image: &mut NewImage, target: Format, warnings: &mut Vec<String>) {
         let source = self.sample_format();
         let is_managed = self.options.colour_managed;
-        image.sample_format = target
-            .implementation()
-            .sample_format(source, image.channels());
+        image.sample_format = (target.sample_format)(source, image.channels());
         if image.sample_format == SampleFormat::F16 && !image.fits_half() {
             image.sample_format = SampleFormat::F32;
         }
@@ -221,7 +196,7 @@ impl Plate {
         }
         // An ICC profile is valid for unchanged code values only.
         let is_valid = source_encoding == encoding && is_integer && !is_managed;
-        if icc_profile.is_some() && !(is_valid && target.info().capabilities.icc_profile) {
+        if icc_profile.is_some() && !(is_valid && target.capabilities.icc_profile) {
             warnings.push("the ICC profile is left out".to_owned());
         } else {
             image.icc_profile = icc_profile.map(<[u8]>::to_vec);
@@ -230,28 +205,6 @@ impl Plate {
 }
 
 impl NewImage {
-    /// Returns the number of channels.
-    pub(crate) fn channels(&self) -> usize {
-        self.colour.len() + usize::from(self.alpha.is_some())
-    }
-
-    /// Converts the image to one of a format that stores a single image.
-    pub(crate) fn into_raster(self, metadata: impl Metadata + 'static) -> RasterImage {
-        let alpha_name = self.alpha.as_ref().map(|_| "A".to_owned());
-        RasterImage {
-            path: self.path,
-            metadata: Box::new(metadata),
-            sample_format: self.sample_format,
-            width: self.windows.data.width,
-            height: self.windows.data.height,
-            names: self.names.into_iter().chain(alpha_name).collect(),
-            planes: self.colour.into_iter().chain(self.alpha).collect(),
-            texts: self.texts,
-            changed: true,
-            warnings: Vec::new(),
-        }
-    }
-
     /// Returns whether all samples are within the range of half floats.
     fn fits_half(&self) -> bool {
         let samples = self.colour.iter().chain(&self.alpha).flatten();
@@ -260,7 +213,7 @@ impl NewImage {
 
     /// Multiplies or divides colour by alpha as the target requires.
     fn convert_alpha(&mut self, target: Format, warnings: &mut Vec<String>) {
-        match target.info().capabilities.alpha {
+        match target.capabilities.alpha {
             AlphaSupport::Either => {}
             AlphaSupport::Premultiplied => self.premultiply(),
             AlphaSupport::Unpremultiplied => self.unpremultiply(target, warnings),
@@ -277,7 +230,7 @@ impl NewImage {
 
     /// Stores grey as equal R, G and B if the target requires it.
     fn convert_grey(&mut self, target: Format, warnings: &mut Vec<String>) {
-        let is_stored = match target.info().capabilities.grey {
+        let is_stored = match target.capabilities.grey {
             GreySupport::Always => true,
             GreySupport::WithoutAlpha => self.alpha.is_none(),
             GreySupport::Never => false,

@@ -7,18 +7,16 @@ use std::fmt;
 use std::path::Path;
 
 use crate::error::{FileError, Result};
-use crate::exr::{ColourChannels, ExrCompression, ExrImage};
-use crate::format::{Format, ImageFile, output_format};
+use crate::format::Format;
+use crate::formats::exr::{self, ColourChannels, ExrCompression, ExrImage};
+use crate::formats::output_row;
 use crate::image_channel::ImageChannel;
+use crate::image_file::ImageFile;
 use crate::input::Limits;
-use crate::metadata::AssumedEncoding;
 use crate::provenance::Provenance;
-use crate::raster::RasterImage;
+use crate::raster::{AssumedEncoding, RasterImage};
 use crate::samples::{Encoding, SampleFormat};
 use crate::windows::{ImageWindows, PixelWindow};
-
-pub(crate) use self::colour_space::COLOUR_SPACE;
-pub(crate) use self::convert::NewImage;
 
 /// The user's choices about a plate.
 #[derive(Debug, Clone, Default)]
@@ -111,7 +109,7 @@ impl Plate {
     pub fn open(path: &Path, options: &PlateOptions) -> Result<Self> {
         match ImageFile::open(path, Limits::PLATE)? {
             ImageFile::Exr(image) => Self::from_exr(image, options),
-            ImageFile::Raster(image) => Self::from_raster(image, options),
+            ImageFile::Raster(image) => Self::from_raster(*image, options),
         }
     }
 
@@ -123,7 +121,7 @@ impl Plate {
             image.colour(layer)?
         };
         if let Some(compression) = options.compression {
-            image.compress(&channels, compression);
+            image.compress(&channels.all(), compression);
         }
         Ok(Self {
             names: channels.names.clone(),
@@ -167,7 +165,7 @@ impl Plate {
     /// Returns the format of the file that was read.
     pub fn format(&self) -> Format {
         match &self.source {
-            Source::Exr { .. } => Format::Exr,
+            Source::Exr { .. } => exr::FORMAT,
             Source::Raster { image, .. } => image.format(),
         }
     }
@@ -210,13 +208,10 @@ impl Plate {
         }
     }
 
-    /// Returns whether samples are stored as integers in a file of format `target`.
-    pub fn is_integer_in(&self, target: Format) -> bool {
+    /// Returns the sample format in which samples are stored in a file of format `target`.
+    pub fn sample_format_in(&self, target: Format) -> SampleFormat {
         let channels = self.names.len() + usize::from(self.has_alpha());
-        let format = target.implementation();
-        format
-            .sample_format(self.sample_format(), channels)
-            .is_integer()
+        (target.sample_format)(self.sample_format(), channels)
     }
 
     /// Returns the width of the planes, pixels.
@@ -343,9 +338,8 @@ impl Plate {
         let find = |name: &str, plane: &[f32]| NonFiniteSamples::find(name, self.width(), plane);
         match &self.source {
             Source::Exr { image, channels } => {
-                let alphas = channels.alpha.iter().chain(&channels.channel_alphas);
-                let ids = channels.colour.iter().chain(alphas);
-                ids.filter_map(|&id| find(&image.channel_name(id), &image.samples(id)))
+                let ids = channels.all().into_iter();
+                ids.filter_map(|id| find(&image.channel_name(id), &image.samples(id)))
                     .collect()
             }
             Source::Raster { image, .. } => image
@@ -475,8 +469,8 @@ impl Plate {
     /// # Errors
     /// An extension of no writable format, and a target that cannot be written.
     pub fn write(&self, path: &Path) -> Result<Vec<String>> {
-        let target = output_format(path)?;
-        if target != self.format() {
+        let target = output_row(path)?;
+        if target.0 != self.format() {
             return self.convert(path, target);
         }
         match &self.source {

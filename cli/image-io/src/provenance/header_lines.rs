@@ -2,8 +2,7 @@
 //!
 //! Each line of a text becomes a line `NAME=LINE`; the rest of a long one follows as `NAME+=REST`.
 
-use super::is_provenance;
-use crate::metadata::TextAttributes;
+use crate::metadata::{TextAttributes, is_provenance};
 
 /// Limit of the text in a line, bytes. Readers of HDR files accept lines of about 250.
 const MAX_LINE_BYTES: usize = 160;

@@ -11,12 +11,10 @@ use sha2::{Digest, Sha256};
 use crate::error::Result;
 use crate::json::TEXT_LIMIT_BYTES;
 use crate::lens_profile::file_or_library;
-use crate::metadata::TextAttributes;
+use crate::metadata::{PROVENANCE_PREFIX, TextAttributes, is_provenance};
 use crate::sequence::FramePattern;
 use paths::{text_without_folders, without_folders, words_without_folders};
 
-/// The prefix of the names of all provenance texts.
-pub const PREFIX: &str = "seidel";
 const VERSION: &str = "seidelVersion";
 const COMMAND: &str = "seidelCommand";
 const SETTINGS: &str = "seidelSettings";
@@ -138,8 +136,10 @@ impl Provenance {
         let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
         let name = path.file_name().unwrap_or(path.as_os_str());
         let name = name.to_string_lossy();
-        self.files
-            .push((format!("{PREFIX}{role}"), format!("{name} sha256:{hash}")));
+        self.files.push((
+            format!("{PROVENANCE_PREFIX}{role}"),
+            format!("{name} sha256:{hash}"),
+        ));
         Ok(self)
     }
 
@@ -207,12 +207,6 @@ pub struct DifferingFile<'t> {
 /// Returns the hash in the text of a file.
 fn hash_of(text: &str) -> &str {
     text.rsplit(" sha256:").next().unwrap_or(text)
-}
-
-/// Returns whether a text of that name belongs to the provenance of a file.
-#[must_use]
-pub fn is_provenance(name: &str) -> bool {
-    name.starts_with(PREFIX)
 }
 
 /// Quotes a word for a shell if necessary.

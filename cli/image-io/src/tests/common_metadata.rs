@@ -10,8 +10,8 @@ use exr::prelude::Compression;
 use super::dpx_files::DpxBuilder;
 use super::{image, part, save};
 use crate::description::Description;
-use crate::dpx::byte_order::ByteOrder;
-use crate::exr::ExrImage;
+use crate::formats::dpx::byte_order::ByteOrder;
+use crate::formats::exr::ExrImage;
 use crate::plate::{Plate, PlateOptions};
 
 /// 01:02:03;04 with user bits 8 7 6 5 4 3 2 1.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::dpx::byte_order::ByteOrder;
+use crate::formats::dpx::byte_order::ByteOrder;
 use crate::plate::{Plate, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::{Encoding, SampleFormat};

@@ -7,7 +7,7 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, SampleType, Text, Tim
 use exr::prelude::{Compression, Vec2, read_all_data_from_file};
 
 use super::{floats, halves, image, part, patch, save};
-use crate::exr::ExrImage;
+use crate::formats::exr::ExrImage;
 use crate::image_channel::{ChannelSpec, ImageChannel};
 use crate::plate::{Plate, PlateOptions};
 use crate::windows::ImageWindows;

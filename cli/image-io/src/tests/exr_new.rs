@@ -4,7 +4,7 @@ use std::fs;
 
 use exr::prelude::*;
 
-use crate::exr::{NewChannel, write_channels};
+use crate::formats::exr::{NewChannel, write_channels};
 use crate::windows::ImageWindows;
 
 #[test]

@@ -11,8 +11,9 @@ use super::dpx_files::DpxBuilder;
 use super::metadata::{usual_chunks, write_png, write_tiff};
 use super::{floats, halves, image, part, patch, save};
 use crate::description::Description;
-use crate::dpx::byte_order::ByteOrder;
-use crate::exr::ExrImage;
+use crate::format::Format;
+use crate::formats::dpx::byte_order::ByteOrder;
+use crate::formats::exr::ExrImage;
 use crate::image_channel::ImageChannel;
 use crate::observation_set::{ReadOptions, read};
 use crate::plate::{Plate, PlateOptions};
@@ -55,7 +56,7 @@ static VALID: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
         names.push(name.to_owned());
     }
     let planes = vec![vec![0.5; 40]; 3];
-    crate::tiff::write_float(&path("c.tif"), 8, 5, planes).expect("saves");
+    crate::formats::tiff::write_float(&path("c.tif"), 8, 5, planes).expect("saves");
     names.push("c.tif".to_owned());
     for (descriptor, bits, packing) in [(50, 10, 1), (51, 16, 0), (6, 8, 0)] {
         let order = if bits == 10 {
@@ -82,6 +83,12 @@ static VALID: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     made.bytes.extend([0x5a; 5 * 36]);
     made.save(&path("12.dpx"));
     names.extend(["d.hdr", "e.jpg", "f.png", "g.tif", "12.dpx"].map(str::to_owned));
+    let plate = Plate::open(&path("a.png"), &PlateOptions::default()).expect("opens");
+    for format in Format::writable() {
+        let name = format!("converted.{}", format.extension());
+        plate.write(&path(&name)).expect("writes");
+        names.push(name);
+    }
     names
         .iter()
         .map(|n| fs::read(path(n)).expect("reads"))

@@ -135,7 +135,7 @@ fn tiles_of_every_format_are_read() {
         .save(at.join("c.png"))
         .expect("saves");
     let floats = vec![0.5_f32; 12];
-    crate::tiff::write_float(&at.join("d.tif"), 4, 3, vec![floats]).expect("saves");
+    crate::formats::tiff::write_float(&at.join("d.tif"), 4, 3, vec![floats]).expect("saves");
     let half = part(
         None,
         (4, 3),

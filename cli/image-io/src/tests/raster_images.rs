@@ -61,7 +61,7 @@ fn float_tiff_keeps_every_bit_and_integers_warn_of_clipping() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.tif"), folder.path().join("out.tif"));
     let wild = [-1.5_f32, 0.0, 1e-30, 70000.0, 3.0e38, 0.1];
-    crate::tiff::write_float(&source, 3, 2, vec![wild.to_vec(); 3]).expect("writes");
+    crate::formats::tiff::write_float(&source, 3, 2, vec![wild.to_vec(); 3]).expect("writes");
     let plate = RasterImage::open(&source).expect("opens");
     assert_eq!(plate.sample_format(), SampleFormat::F32);
     assert!(plate.write(&target).expect("writes").is_empty());

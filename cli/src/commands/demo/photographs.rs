@@ -7,8 +7,8 @@ use seidel_core::predict::Predictor;
 use seidel_core::{Lens, ObjectDistance};
 use seidel_image_io::atomic::check_folder_content;
 use seidel_image_io::error::FileError;
+use seidel_image_io::formats::png::write_gray16;
 use seidel_image_io::lens_profile;
-use seidel_image_io::png::write_gray16;
 
 use super::{DemoArgs, worst_size_error_px};
 use crate::Console;

@@ -13,8 +13,8 @@ use super::super::CommandError;
 use crate::Console;
 use crate::pictures::plate_gap::plate_gap_picture;
 use seidel_image_io::error::FileError;
-use seidel_image_io::exr::{NewChannel, write_channels};
-use seidel_image_io::png::write_rgb8;
+use seidel_image_io::formats::exr::{NewChannel, write_channels};
+use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::windows::ImageWindows;
 
 /// The files of the gap in a plate.

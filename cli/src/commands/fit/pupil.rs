@@ -1,6 +1,5 @@
 //! Reports of `--model reduced` and `--model extended`.
 
-use seidel_core::calibrate::diagnose::cause_words;
 use seidel_core::calibrate::fit::PupilFit;
 use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
 use seidel_core::profile::{Adequacy, HeldOut};
@@ -43,11 +42,11 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
         // Amounts are those at the nearest distance measured.
         let (_, vergence) = channel.measured_vergence;
         for fitted in &channel.effects {
-            let (id, summary) = (fitted.effect.id(), fitted.effect.summary());
+            let description = fitted.effect.description();
+            let (id, name, summary) = (description.id, description.title, description.summary);
             let values: Vec<f64> = fitted.values.iter().map(|v| v.at(vergence)).collect();
             let amount = fitted.effect.amount(&values);
             let amount = amount.map_or_else(String::new, |amount| format!(" ({amount})"));
-            let name = cause_words(id).map_or(id, |words| words.title);
             // The summary opens with a sentence that says the same as the name.
             let appearance = summary.split_once(": ").map_or(summary, |(_, rest)| rest);
             console.print(format!("with {name} ({id}): {appearance}{amount}"));

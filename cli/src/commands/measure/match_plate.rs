@@ -12,8 +12,8 @@ use seidel_core::error::{Error, ErrorKind};
 use seidel_core::field::ImagePoint;
 use seidel_image_io::FileError;
 use seidel_image_io::atomic::check_target;
+use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::lens_profile;
-use seidel_image_io::png::write_rgb8;
 use seidel_measure::{
     Calibration, EdgeSettings, LightSettings, MeasuredEdges, Photograph, measure_edges,
     measure_lights,

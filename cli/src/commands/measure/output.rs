@@ -6,9 +6,9 @@ use image::RgbImage;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::LensProfile;
 use seidel_image_io::atomic::{Output, check_target, write_atomically, write_folder_atomically};
+use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::json::write_json;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
-use seidel_image_io::png::write_rgb8;
 use seidel_image_io::{FileError, lens_profile};
 use serde_json::Value;
 

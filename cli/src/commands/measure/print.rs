@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use seidel_image_io::FileError;
 use seidel_image_io::atomic::{Output, check_target, write_atomically};
-use seidel_image_io::png::write_rgb8;
+use seidel_image_io::formats::png::write_rgb8;
 use seidel_measure::printed::{self, Medium, Sheet, Viewing};
 use serde_json::json;
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use seidel_core::Displacement;
+use seidel_image_io::formats::{names_read, names_written, written_samples};
 
 use super::RunArgs;
 use super::depth::DepthArgs;
@@ -13,8 +14,8 @@ use super::plate::PlateArgs;
 /// The options that all commands on plates share.
 #[derive(Debug, Args)]
 pub(crate) struct PlateCommandArgs {
-    /// Plate to read: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; or a frame pattern such as plate.%04d.exr
-    #[arg(value_name = "IN")]
+    #[arg(value_name = "IN", help = format!(
+        "Plate to read: {}; or a frame pattern such as plate.%04d.exr", names_read()))]
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) depth: DepthArgs,
@@ -25,17 +26,27 @@ pub(crate) struct PlateCommandArgs {
     pub(crate) geometry: Geometry,
     #[command(flatten)]
     pub(crate) plate: PlateArgs,
-    /// Plate to write: EXR, PNG, TIFF, DPX or HDR by its extension; or a frame pattern
-    ///
-    /// In the format of IN, everything else in the file is kept. In another format: EXR gets scene-linear, premultiplied
-    /// colour, as half for 8-bit, 10-bit and half-float samples, as float for others. PNG gets the 8 bits of IN, or 16.
-    /// TIFF gets the 8 or 16 bits of IN, or float. DPX gets 10 bits, or the 12 or 16 of IN, or 16 with alpha or without
-    /// colour. HDR gets shared exponents. Integers are sRGB-encoded unless --encoding says otherwise. Warnings name
-    /// everything that OUT cannot store.
-    #[arg(short, long, help_heading = "Output", value_name = "OUT")]
+    #[arg(short, long, help_heading = "Output", value_name = "OUT",
+        help = output_help(), long_help = output_long_help())]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+}
+
+/// Returns the short help of OUT.
+fn output_help() -> String {
+    let formats = names_written();
+    format!("Plate to write: {formats} by its extension; or a frame pattern")
+}
+
+/// Returns the long help of OUT.
+fn output_long_help() -> String {
+    format!(
+        "{}\n\nIn the format of IN, everything else in the file is kept. In another format: {} Integers are \
+         sRGB-encoded unless --encoding says otherwise. Warnings name everything that OUT cannot store.",
+        output_help(),
+        written_samples()
+    )
 }
 
 /// Displacement of light by the lens.

@@ -10,6 +10,7 @@ use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
 use seidel_image_io::plate::Plate;
+use seidel_image_io::samples::SampleFormat;
 
 /// The value of `--in-space` that selects the space by the file's metadata or name.
 pub(crate) const AUTO: &str = "auto";
@@ -208,9 +209,9 @@ impl ColourPipeline<'_> {
         if target == plate.format() || space.is_data {
             return Ok((space.clone(), ""));
         }
-        let (was_integer, becomes_integer) =
-            (plate.has_integer_samples(), plate.is_integer_in(target));
-        let becomes_float = was_integer && !becomes_integer || target == Format::Hdr;
+        let samples = plate.sample_format_in(target);
+        let (was_integer, becomes_integer) = (plate.has_integer_samples(), samples.is_integer());
+        let becomes_float = was_integer && !becomes_integer || samples == SampleFormat::Rgbe;
         if becomes_float && !space.is_scene_linear() {
             return Ok((self.working.clone(), " (OUT is scene-linear)"));
         }

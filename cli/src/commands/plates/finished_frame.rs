@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::SettingsRecord;
 use super::queue::FrameResult;
 use seidel_image_io::error::Result;
-use seidel_image_io::exr::{NewChannel, write_channels};
+use seidel_image_io::formats::exr::{NewChannel, write_channels};
 use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 use seidel_image_io::windows::ImageWindows;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::commands::CommandError;
 use seidel_image_io::atomic::check_target;
 use seidel_image_io::error::FileError;
-use seidel_image_io::format::output_format;
+use seidel_image_io::formats::output_format;
 use seidel_image_io::sequence::FramePaths;
 
 /// The files of a run: paths or frame patterns.

@@ -11,8 +11,7 @@ use seidel_core::{AlphaKind, Image, LensScale, PlateGeometry, Rectangle};
 use super::colour::{ColourArgs, PlateColour, unrepresentable};
 use crate::commands::{CommandError, EncodingChoice};
 use seidel_image_io::error::FileError;
-use seidel_image_io::exr::ExrCompression;
-use seidel_image_io::format::Format;
+use seidel_image_io::formats::exr::{self, ExrCompression};
 use seidel_image_io::plate::{Plate, PlateOptions};
 use seidel_image_io::samples::Encoding;
 use seidel_image_io::windows::PixelWindow;
@@ -106,8 +105,7 @@ impl PlateArgs {
 
     /// Rejects `--compression` for an `output` that is not an EXR file.
     pub(super) fn check_output(&self, output: &Path) -> Result<(), CommandError> {
-        let is_exr = Format::from_path(output) == Some(Format::Exr);
-        if self.compression.is_none() || is_exr {
+        if self.compression.is_none() || exr::FORMAT.check_name(output).is_ok() {
             return Ok(());
         }
         Err(CommandError::Usage(format!(

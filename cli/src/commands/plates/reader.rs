@@ -16,7 +16,6 @@ use crate::Console;
 use crate::commands::{CommandError, value_name};
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
-use seidel_image_io::format::Format;
 use seidel_image_io::lens_profile;
 use seidel_image_io::plate::Plate;
 use seidel_image_io::windows::{ImageWindows, PixelWindow};
@@ -322,7 +321,7 @@ impl LoadedPlate {
             return Ok(());
         }
         let format = self.plate.format();
-        if format != Format::Exr {
+        if !format.has_data_window() {
             self.warnings.push(format!(
                 "{format} has no data window: blur that leaves the plate is cropped; give an EXR, or pad the plate"
             ));

@@ -12,7 +12,8 @@ use crate::commands::plates::{
 };
 use crate::commands::removal::Removal;
 use seidel_image_io::error::FileError;
-use seidel_image_io::format::{Format, output_format};
+use seidel_image_io::format::Format;
+use seidel_image_io::formats::output_format;
 use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 use seidel_image_io::windows::{crop_or_extend, crop_or_pad};
@@ -103,7 +104,7 @@ impl Job<'_> {
         loaded.put_planes(plate, planes)
     }
 
-    /// Puts the sharp planes into `plate`, with the light found beyond its edges if an EXR is written as EXR.
+    /// Puts the sharp planes into `plate`, with the light found beyond its edges if the file can hold it.
     fn put_sharp(
         &self,
         index: usize,
@@ -114,8 +115,9 @@ impl Job<'_> {
         let in_file = |e| loaded.in_file(e);
         let canvas = removed.canvas().map_err(in_file)?;
         let mut planes = removed.sharp_planes(&loaded.prepared).map_err(in_file)?;
-        let is_exr = [self.output_format(index)?, plate.format()] == [Format::Exr; 2];
-        if is_exr && !self.args.no_overscan {
+        let format = self.output_format(index)?;
+        let can_grow = format == plate.format() && format.has_data_window();
+        if can_grow && !self.args.no_overscan {
             let own = plate.data_window();
             plate.set_data_window(own.expanded(canvas.margin_x, canvas.margin_y));
         } else {

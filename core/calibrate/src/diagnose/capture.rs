@@ -1,6 +1,7 @@
-//! Captures that a diagnosis can recommend, and the response of each effect to them.
+//! Captures that a diagnosis can recommend.
 
 use schemars::JsonSchema;
+use seidel_optics::effects::{Description, Effect};
 use serde::Serialize;
 
 /// A capture that settles which of several causes is right.
@@ -93,81 +94,22 @@ impl Capture {
         }
     }
 
-    /// Returns the response of the effect `id` to the capture; `None` if the capture does not show the effect.
-    pub(super) fn response(self, id: &str) -> Option<&'static str> {
-        let listed = self.responses().iter().find(|(effect, _)| *effect == id);
-        let unlisted = (self != Self::FarOutOfFocus).then_some(UNCHANGED);
-        listed.map(|(_, response)| *response).or(unlisted)
-    }
-
-    /// Returns the effects that respond to the capture, each with its response.
-    pub(super) fn responses(self) -> &'static [(&'static str, &'static str)] {
+    /// Returns the response of `effect` to the capture; `None` if the capture does not show the effect.
+    pub(super) fn response(self, effect: &dyn Effect) -> Option<&'static str> {
+        let change = effect.description();
         match self {
-            Self::ShorterExposure => &[
-                ("motion", "the streak shortens"),
-                ("tone_curve", "bright cores are compressed less"),
-            ],
-            Self::FarOutOfFocus => &[
-                ("aperture_polygon", "the discs have corners"),
-                ("vignetting", "only the disc in the corner is cut"),
-                ("apodisation", "the rims of both discs are soft or bright"),
-                ("higher_order", "the discs have rings and flares"),
-                (
-                    "pupil_scale",
-                    "both discs are whole and of another size than stated",
-                ),
-                ("anamorphic", "both discs are ellipses"),
-                ("decentre", "both discs are brighter on one side"),
-            ],
-            Self::TwoStopsDown => &[
-                ("diffraction", "the blur grows"),
-                ("defocus_offset", WITH_PUPIL),
-                ("depth_scale", WITH_PUPIL),
-                ("sensor_tilt", WITH_PUPIL),
-                ("anamorphic", WITH_PUPIL),
-                ("pupil_scale", WITH_PUPIL),
-                (
-                    "axial_colour",
-                    "the difference in focus shrinks with the pupil",
-                ),
-                ("decentre", "coma shrinks with the square of the pupil"),
-                ("higher_order", "rings and flares vanish first"),
-                ("vignetting", "the cat's eye becomes round"),
-                ("aperture_polygon", "the polygon shows in full"),
-                ("apodisation", "the edge of the disc hardens"),
-            ],
-            Self::OtherSideOfFocus => &[
-                ("defocus_offset", ADDS),
-                ("depth_scale", ADDS),
-                ("sensor_tilt", "the side that is in focus changes"),
-                ("axial_colour", "the colour order of the discs flips"),
-                ("aperture_polygon", "the polygon turns upside down"),
-                ("vignetting", "the cat's eye turns over"),
-                ("decentre", "coma keeps its direction while discs flip"),
-                ("anamorphic", "the long axis of the discs changes"),
-                ("higher_order", "bright rims turn into soft ones"),
-                ("apodisation", "soft edges stay soft"),
-                ("pupil_scale", "discs on both sides are scaled alike"),
-            ],
-            Self::SecondDistance => &[
-                ("depth_scale", "the extra defocus grows with 1 / distance"),
-                (
-                    "defocus_offset",
-                    "the extra defocus is the same at both distances",
-                ),
-            ],
-            Self::DarkSurround => &[("veiling_glare", "its halo goes on far beyond the tile")],
-            Self::None | Self::MorePlaces | Self::StoppedDownAndTurned => &[],
+            Self::ShorterExposure => Some(change.shorter_exposure),
+            Self::FarOutOfFocus => change.far_out_of_focus,
+            Self::TwoStopsDown => Some(change.two_stops_down),
+            Self::OtherSideOfFocus => Some(change.other_side_of_focus),
+            Self::SecondDistance => Some(change.second_distance),
+            Self::DarkSurround => Some(change.dark_surround),
+            Self::None | Self::MorePlaces | Self::StoppedDownAndTurned => {
+                Some(Description::UNCHANGED)
+            }
         }
     }
 }
-
-/// Response of an effect that a capture leaves alone.
-pub(super) const UNCHANGED: &str = "nothing changes";
-/// Response of defocus to the pupil.
-const WITH_PUPIL: &str = "the blur shrinks with the pupil";
-/// Response of extra defocus to a change of side.
-const ADDS: &str = "discs grow on one side of focus and shrink on the other";
 
 #[cfg(test)]
 mod tests {
@@ -190,8 +132,8 @@ mod tests {
         let shifts = ["lateral_colour", "distortion", "pixel_footprint"];
         for effect in effects::causes().filter(|e| !shifts.contains(&e.id())) {
             let answers = |capture: &Capture| {
-                let mut listed = capture.responses().iter();
-                listed.any(|(id, _)| *id == effect.id())
+                let response = capture.response(effect);
+                response.is_some_and(|words| words != Description::UNCHANGED)
             };
             assert!(SEPARATING.iter().any(answers), "{}", effect.id());
         }

@@ -1,8 +1,7 @@
 //! Coverage of the field by the observed tiles: the effects that they can show, and the captures that are missing.
 
-use super::cause_words::title;
 use super::tiles::{FOLDS, TileData};
-use seidel_optics::effects::{self, Effect};
+use seidel_optics::effects::{self, Effect, FieldNeed};
 use seidel_optics::error::{Error, ErrorKind};
 use seidel_optics::field::FieldPoint;
 
@@ -22,26 +21,6 @@ const SIDE_PLACES: usize = 4;
 const MIN_SIDE_SPREAD: f64 = 0.1;
 /// The missing captures.
 const SHOOT: &str = "shoot PSFs in the middle, half-way and in all four corners: nine or more places, at two or more distances";
-
-/// Places in the field that an effect needs to be seen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum FieldNeed {
-    /// Any place: the effect is alike over the field.
-    AnyPlace,
-    /// Several distances from the axis.
-    Radii,
-    /// Places on all sides.
-    Sides,
-}
-
-/// Returns the places that the effect `id` needs.
-fn field_need(id: &str) -> FieldNeed {
-    match id {
-        "sensor_tilt" | "decentre" => FieldNeed::Sides,
-        "higher_order" | "lateral_colour" | "distortion" | "vignetting" => FieldNeed::Radii,
-        _ => FieldNeed::AnyPlace,
-    }
-}
 
 /// The places of the field at which tiles were observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +63,7 @@ impl Coverage {
 
     /// Returns whether the tiles can show `effect`.
     pub(super) fn shows(&self, effect: &dyn Effect) -> bool {
-        match field_need(effect.id()) {
+        match effect.description().field_need {
             FieldNeed::AnyPlace => true,
             FieldNeed::Radii => {
                 self.places >= RADIAL_PLACES && self.radial_range >= MIN_RADIAL_RANGE
@@ -151,8 +130,9 @@ pub(super) fn distinct_folds(folds: Vec<usize>) -> Vec<usize> {
     (0..folds.len()).map(|index| index % FOLDS).collect()
 }
 
-fn titles(effects: &[&'static dyn Effect]) -> String {
-    let titles: Vec<&str> = effects.iter().map(|effect| title(effect.id())).collect();
+/// Returns the titles of `effects`, joined by commas.
+pub(super) fn titles(effects: &[&'static dyn Effect]) -> String {
+    let titles: Vec<&str> = effects.iter().map(|e| e.description().title).collect();
     titles.join(", ")
 }
 

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use seidel_optics::distance::ObjectDistance;
+use seidel_optics::effects::FittedValue;
 use seidel_optics::field::ImagePoint;
 use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
 use serde::{Serialize, Serializer};
 
 use super::capture::Capture;
-use super::cause_words::cause_words;
+use super::cause_words::{CauseWords, cause_words};
 use super::model_share::ModelShare;
 use crate::depth_json;
 
@@ -131,7 +132,7 @@ pub struct Shares {
 pub struct Cause {
     /// Identifier of the effect, or `unknown`.
     #[serde(flatten, serialize_with = "with_words")]
-    #[schemars(with = "NamedEffect")]
+    #[schemars(with = "CauseWords<'static>")]
     pub effect: &'static str,
     /// Posterior probability that this is the missing effect, given a gap.
     pub probability: f64,
@@ -144,31 +145,11 @@ pub struct Cause {
     /// Parameters of the best fit.
     #[serde(flatten, serialize_with = "by_name")]
     #[schemars(with = "NamedParameters")]
-    pub parameters: Vec<Value>,
-}
-
-/// An effect with its plain words.
-#[derive(Serialize, JsonSchema)]
-struct NamedEffect {
-    /// Identifier of the effect, or `unknown`.
-    effect: &'static str,
-    /// Name in plain words.
-    title: &'static str,
-    /// Meaning for the lens or the camera.
-    meaning: &'static str,
-    /// Advice on what to do about it.
-    action: &'static str,
+    pub parameters: Vec<FittedValue>,
 }
 
 fn with_words<S: Serializer>(effect: &&'static str, serializer: S) -> Result<S::Ok, S::Error> {
-    let words = cause_words(effect);
-    NamedEffect {
-        effect,
-        title: words.map_or(effect, |words| words.title),
-        meaning: words.map_or("", |words| words.meaning),
-        action: words.map_or("", |words| words.action),
-    }
-    .serialize(serializer)
+    cause_words(effect).serialize(serializer)
 }
 
 /// Parameters by name; `name.channel` where channels do not share them.
@@ -180,37 +161,12 @@ struct NamedParameters {
     parameters_sigma: BTreeMap<String, f64>,
 }
 
-fn by_name<S: Serializer>(values: &[Value], serializer: S) -> Result<S::Ok, S::Error> {
+fn by_name<S: Serializer>(values: &[FittedValue], serializer: S) -> Result<S::Ok, S::Error> {
     NamedParameters {
         parameters: values.iter().map(|v| (v.key(), v.value)).collect(),
         parameters_sigma: values.iter().map(|v| (v.key(), v.sigma)).collect(),
     }
     .serialize(serializer)
-}
-
-/// The value of an effect's parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Value {
-    /// Name of the parameter.
-    pub name: &'static str,
-    /// Channel of a parameter that channels do not share.
-    pub channel: Option<String>,
-    /// Unit.
-    pub unit: &'static str,
-    /// Value.
-    pub value: f64,
-    /// Standard error; zero for an integer parameter.
-    pub sigma: f64,
-}
-
-impl Value {
-    /// Returns the name used in reports, followed by the channel if there is one.
-    pub fn key(&self) -> String {
-        match &self.channel {
-            Some(channel) => format!("{}.{channel}", self.name),
-            None => self.name.to_owned(),
-        }
-    }
 }
 
 /// Two or three effects tried together.

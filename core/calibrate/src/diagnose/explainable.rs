@@ -6,14 +6,37 @@ use rayon::prelude::*;
 use super::hypothesis::Hypothesis;
 use super::prediction::TilePredictor;
 use super::tiles::{FOLDS, TileData};
-use seidel_optics::distance::ObjectDistance;
 use seidel_optics::psf::pupil::Detail;
-
-/// Channel, distance and size of tiles that share a model.
-type Key = (usize, ObjectDistance, (usize, usize));
 
 /// Sizes of the tried polynomial bases over the field: constant, linear, quadratic.
 const BASES: [usize; 3] = [1, 3, 6];
+/// Ridge penalty of the regression.
+const RIDGE: f64 = 0.1;
+
+/// A tile with the residual of each of its pixels.
+struct TileResidual<'a> {
+    tile: &'a TileData,
+    residual: Vec<f64>,
+}
+
+impl TileResidual<'_> {
+    /// Returns the gap of the tile if `residual` is left.
+    fn gap(&self, residual: &[f64]) -> f64 {
+        residual.iter().map(|v| v * v).sum::<f64>() / self.tile.norm - self.tile.noise
+    }
+
+    /// Returns whether the tiles have one model: channel, distance and size are the same.
+    fn has_model_of(&self, other: &Self) -> bool {
+        let key = |t: &TileData| (t.of_lens, t.distance, t.size);
+        key(self.tile) == key(other.tile)
+    }
+
+    /// Returns the first `size` monomials of the field position.
+    fn basis(&self, size: usize) -> DVector<f64> {
+        let (x, y) = (self.tile.point.at.x, self.tile.point.at.y);
+        DVector::from_row_slice(&[1.0, x, y, x * x, x * y, y * y][..size])
+    }
+}
 
 /// Returns the cross-validated share of the gap that a smooth field of residual tiles closes.
 ///
@@ -21,81 +44,61 @@ const BASES: [usize; 3] = [1, 3, 6];
 /// regression without the fold under test. The result is a lower bound: detail finer than pixels or faster
 /// variation over the field is not modelled.
 pub(super) fn explainable(tiles: &[&TileData], nothing: &Hypothesis) -> f64 {
-    let residuals: Vec<Vec<f64>> = tiles
+    let tiles: Vec<TileResidual> = tiles
         .par_iter()
         .map_init(
             || (TilePredictor::default(), Vec::new()),
             |(predictor, picture), tile| {
                 predictor.predict(nothing, &[], *tile, Detail::COARSE, picture);
-                tile.residual(picture)
+                let residual = tile.residual(picture);
+                TileResidual { tile, residual }
             },
         )
         .collect();
-    let mut groups: Vec<(Key, Vec<usize>)> = Vec::new();
-    for (index, tile) in tiles.iter().enumerate() {
-        let key = (tile.of_lens, tile.distance, tile.size);
-        match groups.iter_mut().find(|g| g.0 == key) {
-            Some(group) => group.1.push(index),
-            None => groups.push((key, vec![index])),
-        }
-    }
-    let total: f64 = tiles
-        .iter()
-        .zip(&residuals)
-        .map(|(t, r)| r.iter().map(|v| v * v).sum::<f64>() / t.norm - t.noise)
-        .sum();
+    let total: f64 = tiles.iter().map(|t| t.gap(&t.residual)).sum();
     if total <= 0.0 {
         return 0.0;
     }
-    let left: f64 = groups
-        .iter()
-        .map(|(_, members)| {
-            BASES
-                .iter()
-                .map(|&size| left(tiles, &residuals, members, size))
-                .fold(f64::INFINITY, f64::min)
-        })
-        .sum();
-    (1.0 - left / total).clamp(0.0, 1.0)
-}
-
-fn basis(tile: &TileData, size: usize) -> [f64; 6] {
-    let (x, y) = (tile.point.at.x, tile.point.at.y);
-    let mut all = [1.0, x, y, x * x, x * y, y * y];
-    all[size..].fill(0.0);
-    all
-}
-
-/// Returns the gap of `members` after each fold is predicted from the others.
-fn left(tiles: &[&TileData], residuals: &[Vec<f64>], members: &[usize], size: usize) -> f64 {
-    let mut sum = 0.0;
-    for fold in 0..FOLDS {
-        let (own, others): (Vec<usize>, Vec<usize>) =
-            members.iter().partition(|k| tiles[**k].fold == fold);
-        // With too few other tiles no prediction is made.
-        let enough = others.len() >= 3 * size;
-        let matrix = DMatrix::from_fn(others.len(), size, |i, j| basis(tiles[others[i]], size)[j]);
-        let normal = matrix.transpose() * &matrix + DMatrix::identity(size, size) * RIDGE;
-        let inverse = normal.try_inverse().filter(|_| enough);
-        for &k in &own {
-            let tile = tiles[k];
-            let mut residual = residuals[k].clone();
-            if let Some(inverse) = &inverse {
-                let at = DVector::from_row_slice(&basis(tile, size)[..size]);
-                let shares = &matrix * (inverse * at);
-                for (share, &other) in shares.iter().zip(&others) {
-                    let of_other = residuals[other].iter();
-                    residual
-                        .iter_mut()
-                        .zip(of_other)
-                        .for_each(|(r, o)| *r -= share * o);
-                }
-            }
-            sum += residual.iter().map(|v| v * v).sum::<f64>() / tile.norm - tile.noise;
+    let mut groups: Vec<Vec<&TileResidual>> = Vec::new();
+    for tile in &tiles {
+        match groups.iter_mut().find(|group| tile.has_model_of(group[0])) {
+            Some(group) => group.push(tile),
+            None => groups.push(vec![tile]),
         }
     }
-    sum
+    let least = |group: &Vec<&TileResidual>| {
+        let gaps = BASES.iter().map(|&size| remaining_gap(group, size));
+        gaps.fold(f64::INFINITY, f64::min)
+    };
+    let remaining: f64 = groups.iter().map(least).sum();
+    (1.0 - remaining / total).clamp(0.0, 1.0)
 }
 
-/// Ridge penalty of the regression.
-const RIDGE: f64 = 0.1;
+/// Returns the gap of `group` after each fold is predicted from the others by a polynomial with `size` terms.
+fn remaining_gap(group: &[&TileResidual], size: usize) -> f64 {
+    let mut gap = 0.0;
+    for fold in 0..FOLDS {
+        let (own, others): (Vec<&TileResidual>, Vec<&TileResidual>) =
+            group.iter().partition(|t| t.tile.fold == fold);
+        let bases: Vec<_> = others.iter().map(|t| t.basis(size).transpose()).collect();
+        // With too few other tiles no prediction is made.
+        let regression = (others.len() >= 3 * size).then(|| DMatrix::from_rows(&bases));
+        let regression = regression.and_then(|matrix| {
+            let normal = matrix.transpose() * &matrix + DMatrix::identity(size, size) * RIDGE;
+            Some((normal.try_inverse()?, matrix))
+        });
+        for own in own {
+            let mut residual = own.residual.clone();
+            if let Some((inverse, matrix)) = &regression {
+                let shares = matrix * (inverse * own.basis(size));
+                for (share, other) in shares.iter().zip(&others) {
+                    for (left, predicted) in residual.iter_mut().zip(&other.residual) {
+                        *left -= share * predicted;
+                    }
+                }
+            }
+            gap += own.gap(&residual);
+        }
+    }
+    gap
+}

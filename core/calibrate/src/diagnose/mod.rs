@@ -4,11 +4,10 @@
 //! and two or three of them jointly, are fitted by Levenberg-Marquardt (`hypothesis`, `gap_problem`, `search`, `joint`) and scored
 //! by cross-validation over field zones. The scores give posterior probabilities (`posterior`) and a verdict
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
-//! figures (`proof`). Every cause gets plain words (`cause_words`) and its fitted values in the units of the camera
-//! (`amounts`); the next capture is chosen by the responses of the remaining causes (`capture`, `next_capture`). Effects that
+//! figures (`proof`). Every effect says in plain words what it means (`cause_words`) and what its fitted values amount to;
+//! the next capture is chosen by the responses of the remaining causes (`capture`, `next_capture`). Effects that
 //! the observed places cannot show are not tried (`coverage`).
 
-mod amounts;
 mod capture;
 mod cause_words;
 mod centroid_start;
@@ -42,8 +41,7 @@ mod verdict;
 pub use capture::Capture;
 pub use cause_words::{CauseWords, cause_words};
 pub use diagnosis::{
-    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, Shares, TileGap, Value, Verdict,
-    Zone,
+    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, Shares, TileGap, Verdict, Zone,
 };
 pub use model_share::{ModelShare, OwnGapSource};
 pub use pair::{
@@ -53,7 +51,6 @@ pub use pair::{
 pub use settings::Settings;
 
 use crate::reference_channel::reference_channel;
-use cause_words::title;
 use coverage::Coverage;
 use hypothesis::Hypothesis;
 use search::{Candidate, HypothesisSearch};
@@ -98,10 +95,9 @@ pub fn diagnose(
     let (tried, in_one_channel): (Vec<_>, Vec<_>) =
         shown.into_iter().partition(|e| search.can_try(*e));
     if !in_one_channel.is_empty() {
-        let titles: Vec<&str> = in_one_channel.iter().map(|e| title(e.id())).collect();
         tiles.remarks.push(format!(
             "effects that one channel cannot show were not tried: {}",
-            titles.join(", ")
+            coverage::titles(&in_one_channel)
         ));
         left.extend(in_one_channel);
     }
@@ -139,7 +135,7 @@ pub fn diagnose(
         }
     });
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
-    one_distance::score_wrong_distances(&search, &mut singles);
+    one_distance::score_as_twins(&search, &mut singles);
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let statistics = verdict::GapStatistics::new(model.own_gap, &search, &singles);
     let joint = if settings.pairs && statistics.wants_pairs() {

@@ -1,9 +1,10 @@
 //! Recommendation of the next capture.
 
-use super::capture::{Capture, SEPARATING, UNCHANGED};
-use super::cause_words::title;
+use super::capture::{Capture, SEPARATING};
 use super::diagnosis::{Cause, Verdict};
 use super::model_share::ModelShare;
+use super::one_distance;
+use seidel_optics::effects::{self, Effect};
 
 /// The findings on which the next capture depends.
 pub(super) struct Situation<'a> {
@@ -66,11 +67,11 @@ fn rivals<'a>(situation: &Situation<'a>) -> Vec<&'a str> {
     let class = situation.equivalents.first();
     let mut named: Vec<&str> = class.into_iter().flatten().copied().collect();
     let likeliest = situation.causes.iter().map(|cause| cause.effect);
-    // At one distance these two are the same, so they are rivals whatever their probabilities.
-    const ALIKE: [&str; 2] = ["defocus_offset", "depth_scale"];
+    // Rivals whatever their probabilities.
     let first = named.first().copied().or(likeliest.clone().next());
-    if situation.distances == 1 && first.is_some_and(|first| ALIKE.contains(&first)) {
-        return ALIKE.to_vec();
+    let alike = one_distance::alike().find(|pair| first.is_some_and(|first| pair.contains(&first)));
+    if let Some(pair) = alike.filter(|_| situation.distances == 1) {
+        return pair.to_vec();
     }
     for id in likeliest.filter(|id| *id != "unknown") {
         if named.len() >= 2 {
@@ -83,13 +84,15 @@ fn rivals<'a>(situation: &Situation<'a>) -> Vec<&'a str> {
     named
 }
 
-/// Returns the capture with the most different responses of `ids`, the cheapest of several.
+/// Returns the capture with the most different responses of the effects `ids`, the cheapest of several.
 fn between(ids: &[&str]) -> NextCapture {
-    if ids.contains(&"unknown") || ids.len() < 2 {
+    let known = ids.iter().filter_map(|id| effects::by_id(id).ok());
+    let rivals: Vec<&dyn Effect> = known.collect();
+    if rivals.len() < ids.len().max(2) {
         return unknown();
     }
     let kinds = |capture: &Capture| {
-        let responses: Option<Vec<&str>> = ids.iter().map(|id| capture.response(id)).collect();
+        let responses: Option<Vec<&str>> = rivals.iter().map(|e| capture.response(*e)).collect();
         let mut kinds = responses.unwrap_or_default();
         kinds.sort_unstable();
         kinds.dedup();
@@ -98,7 +101,7 @@ fn between(ids: &[&str]) -> NextCapture {
     let most = SEPARATING.iter().map(kinds).max().unwrap_or(0);
     let best = SEPARATING.iter().find(|capture| kinds(capture) == most);
     let (Some(capture), true) = (best, most > 1) else {
-        let titles: Vec<&str> = ids.iter().map(|id| title(id)).collect();
+        let titles: Vec<&str> = rivals.iter().map(|e| e.description().title).collect();
         let capture = Capture::MorePlaces;
         return NextCapture::new(
             capture,
@@ -109,13 +112,11 @@ fn between(ids: &[&str]) -> NextCapture {
             ),
         );
     };
-    let responses: Vec<String> = ids
-        .iter()
-        .map(|id| {
-            let response = capture.response(id).unwrap_or(UNCHANGED);
-            format!("with {}, {response}", title(id))
-        })
-        .collect();
+    let responses = rivals.iter().filter_map(|effect| {
+        let response = capture.response(*effect)?;
+        Some(format!("with {}, {response}", effect.description().title))
+    });
+    let responses: Vec<String> = responses.collect();
     NextCapture::new(
         *capture,
         format!("{}: {}", capture.instruction(), responses.join("; ")),
@@ -138,7 +139,7 @@ fn unknown() -> NextCapture {
 mod tests {
     use super::*;
     use crate::diagnose::OwnGapSource;
-    use seidel_optics::effects::{self, Effect};
+    use crate::diagnose::cause_words;
 
     const MODEL: ModelShare = ModelShare {
         own_gap: 0.001,
@@ -179,7 +180,7 @@ mod tests {
             for other in effects::causes().map(Effect::id).filter(|id| *id != one) {
                 let text = between(&[one, other]).text;
                 for id in [one, other] {
-                    assert!(text.contains(title(id)), "{text}");
+                    assert!(text.contains(cause_words(id).title), "{text}");
                     assert!(!id.contains('_') || !text.contains(id), "{text}");
                 }
             }
@@ -237,7 +238,11 @@ mod tests {
         assert!(next.text.starts_with("only to confirm"), "{}", next.text);
         let next = advised(Verdict::Explained, &ids, 3);
         assert_eq!(next.capture, Capture::OtherSideOfFocus);
-        assert!(next.text.contains(title("sensor_tilt")), "{}", next.text);
+        assert!(
+            next.text.contains(cause_words("sensor_tilt").title),
+            "{}",
+            next.text
+        );
     }
 
     #[test]
@@ -246,7 +251,8 @@ mod tests {
         let next = advised(Verdict::Ambiguous, &ids, 3);
         assert_eq!(next.capture, Capture::FarOutOfFocus);
         assert!(
-            ids.iter().all(|id| next.text.contains(title(id))),
+            ids.iter()
+                .all(|id| next.text.contains(cause_words(id).title)),
             "{}",
             next.text
         );

@@ -1,16 +1,18 @@
-//! Wrong object distances at one distance, where they look like a focus offset.
+//! Effects that look alike where all objects have one distance, as wrong object distances look like a focus offset.
 
 use super::search::{Candidate, HypothesisSearch};
+use seidel_optics::effects;
 
-/// Effects that look alike at one distance: the one that acts there on any lens, and the one that does not.
-const FOCUS_OFFSET: &str = "defocus_offset";
-const WRONG_DISTANCES: &str = "depth_scale";
-/// Index of the parameter of the focus offset that changes the image size, which wrong distances do not.
-const MAGNIFICATION: usize = 1;
+/// Returns the identifiers of effects that look alike at one distance: the one that acts there on any lens, then its twin.
+pub(super) fn alike() -> impl Iterator<Item = [&'static str; 2]> {
+    effects::ALL.iter().filter_map(|effect| {
+        let twin = effect.description().one_distance_twin.as_ref()?;
+        Some([twin.effect.id(), effect.id()])
+    })
+}
 
-/// Scores wrong distances as what they are at one distance: a focus offset that does not change the size of the image. A lens
-/// that was fitted at that distance has no law by which they could act.
-pub(super) fn score_wrong_distances(search: &HypothesisSearch, singles: &mut [Candidate]) {
+/// Scores effects that do not act on this lens at one distance as their twins, which do.
+pub(super) fn score_as_twins(search: &HypothesisSearch, singles: &mut [Candidate]) {
     let tiles = search.many();
     if tiles
         .windows(2)
@@ -18,23 +20,25 @@ pub(super) fn score_wrong_distances(search: &HypothesisSearch, singles: &mut [Ca
     {
         return;
     }
-    let place = |id: &str| singles.iter().position(|s| s.hypothesis.ids() == [id]);
-    let (Some(focus), Some(distances)) = (place(FOCUS_OFFSET), place(WRONG_DISTANCES)) else {
-        return;
-    };
-    if singles[distances].acts() {
-        return;
+    for index in 0..singles.len() {
+        let effect = singles[index].hypothesis.parts[0].0;
+        let Some(twin) = &effect.description().one_distance_twin else {
+            continue;
+        };
+        let of_twin = |s: &&Candidate| s.hypothesis.ids() == [twin.effect.id()];
+        let Some(acting) = singles.iter().find(of_twin) else {
+            continue;
+        };
+        if singles[index].acts() {
+            continue;
+        }
+        let slots = acting.hypothesis.slots.iter().zip(&acting.theta);
+        let kept = slots.filter(|(slot, _)| slot.parameter != twin.without);
+        let theta: Vec<f64> = kept.map(|(_, value)| *value).collect();
+        let mut start = acting.hypothesis.parts[0].1.clone();
+        start.values[twin.without] = twin.effect.parameters()[twin.without].neutral;
+        start.free[twin.without] = false;
+        singles[index].after = search.refined_alone(twin.effect, start, &theta).after;
+        singles[index].acts_as = Some(twin.effect.id());
     }
-    let (effect, start) = &singles[focus].hypothesis.parts[0];
-    let slots = singles[focus].hypothesis.slots.iter();
-    let kept = slots.zip(&singles[focus].theta);
-    let theta: Vec<f64> = kept
-        .filter(|(slot, _)| slot.parameter != MAGNIFICATION)
-        .map(|(_, value)| *value)
-        .collect();
-    let mut start = start.clone();
-    start.values[MAGNIFICATION] = effect.parameters()[MAGNIFICATION].neutral;
-    start.free[MAGNIFICATION] = false;
-    singles[distances].after = search.refined_alone(*effect, start, &theta).after;
-    singles[distances].acts_as = Some(FOCUS_OFFSET);
 }

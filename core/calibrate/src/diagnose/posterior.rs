@@ -7,6 +7,8 @@
 //! unknown cause is a hypothesis that leaves [`UNKNOWN_LEAVES`]. All constants were calibrated on simulated
 //! cases with other seeds than those reported (docs/background/diagnosis.md).
 
+use seidel_optics::effects;
+
 /// Effective number of independent samples of model error.
 const EFFECTIVE_SAMPLES: f64 = 12.0;
 /// Share of the gap that an unknown cause leaves, and its log prior penalty (nats).
@@ -34,21 +36,16 @@ const STOPPED_SHORT: f64 = 0.8;
 pub(super) const MIN_GAP: f64 = 2e-4;
 pub(super) const MODEL_ERROR: f64 = 6e-4;
 
-/// Effects that contain a simpler one: they can describe all that it does. A smaller iris looks like a stop that does not move or
-/// a polygon of arcs of one circle; a tilted sensor like the linear focus of a decentred lens; a focus offset, or one that changes
-/// with distance, like a cylinder's mean focus.
-const CONTAINED: [(&str, &[&str]); 4] = [
-    ("pupil_scale", &["vignetting", "aperture_polygon"]),
-    ("sensor_tilt", &["decentre"]),
-    ("defocus_offset", &["anamorphic"]),
-    ("depth_scale", &["anamorphic"]),
-];
-
-/// Returns the simpler effects that the effect `id` contains.
+/// Returns the simpler effects that the effect `id` can imitate.
 pub(super) fn contained_in(id: &str) -> impl Iterator<Item = &'static str> {
-    let all = CONTAINED.iter();
-    all.filter(move |(_, containers)| containers.contains(&id))
-        .map(|(simpler, _)| *simpler)
+    let effect = effects::by_id(id).into_iter();
+    effect.flat_map(|effect| {
+        effect
+            .description()
+            .contains
+            .iter()
+            .map(|simpler| simpler.id())
+    })
 }
 
 /// Score of a hypothesis.
@@ -70,8 +67,7 @@ impl CandidateScore {
             own.copied().collect()
         };
         match (&differ(self, simpler)[..], &differ(simpler, self)[..]) {
-            (&[container], &[contained]) => (CONTAINED.iter())
-                .any(|(id, containers)| *id == contained && containers.contains(&container)),
+            (&[container], &[contained]) => contained_in(container).any(|id| id == contained),
             _ => false,
         }
     }

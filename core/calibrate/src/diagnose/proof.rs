@@ -1,21 +1,21 @@
 //! Final fit of the selected effects, with cross-validated figures.
 
-use super::amounts::amount;
-use super::cause_words::title;
-use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap, Value};
+use super::cause_words::cause_words;
+use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap};
 use super::explainable;
 use super::gap_problem::{GapProblem, damped_update};
 use super::hypothesis::Hypothesis;
 use super::jitter;
 use super::model_share::ModelShare;
 use super::next_capture::{self, Situation};
+use super::one_distance;
 use super::places;
 use super::prediction::TilePredictor;
 use super::search::{Candidate, HypothesisSearch, LEFT_OUT_DAMPING, standard_errors};
 use super::shape;
 use super::tiles::{FOLDS, TileData, TileSet};
 use super::verdict::{Decision, GapStatistics};
-use seidel_optics::effects::Effect;
+use seidel_optics::effects::{Effect, Fitted, FittedValue};
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
@@ -68,10 +68,7 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         (&last.hypothesis, &last.theta[..])
     };
     let decision = found.decision;
-    let mut causes = causes(&found, &last);
-    for cause in &mut causes {
-        cause.amount = amount(cause.effect, &cause.parameters, found.lens);
-    }
+    let causes = causes(&found, &last);
     let tile_gaps: Vec<TileGap> = tiles
         .iter()
         .zip(before.iter().zip(&last.after))
@@ -250,12 +247,14 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
             0.0
         }
     };
+    let lens = &found.lens.scale();
     let mut causes: Vec<Cause> = found
         .singles
         .iter()
         .zip(&found.decision.singles)
         .map(|(single, probability)| {
-            let id = single.hypothesis.ids()[0];
+            let effect = single.hypothesis.parts[0].0;
+            let id = effect.id();
             // An effect that was added is shown as it was added.
             let chosen = last.hypothesis.ids().contains(&id);
             let parameters = if chosen {
@@ -279,6 +278,8 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                     found.channels,
                 )
             };
+            let values = &parameters;
+            let amount = effect.fitted_amount(Fitted { values, lens });
             let gap_closed = share(single.after);
             let part = found.search.part(single.scored_on);
             let (_, [low, high]) = closed(&part.tiles, &part.gaps, &single.linear.gaps);
@@ -288,29 +289,21 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                 probability: *probability,
                 gap_closed,
                 gap_closed_ci95: [gap_closed - half, (gap_closed + half).min(1.0)],
-                amount: String::new(),
+                amount: amount.unwrap_or_default(),
                 parameters,
             }
         })
         .collect();
-    causes.push(Cause {
-        effect: "unknown",
-        probability: found.decision.unknown,
+    let not_fitted = |effect, probability| Cause {
+        effect,
+        probability,
         gap_closed: 0.0,
         gap_closed_ci95: [0.0; 2],
         amount: String::new(),
         parameters: Vec::new(),
-    });
-    for effect in found.left {
-        causes.push(Cause {
-            effect: effect.id(),
-            probability: 0.0,
-            gap_closed: 0.0,
-            gap_closed_ci95: [0.0; 2],
-            amount: String::new(),
-            parameters: Vec::new(),
-        });
-    }
+    };
+    causes.push(not_fitted("unknown", found.decision.unknown));
+    causes.extend(found.left.iter().map(|effect| not_fitted(effect.id(), 0.0)));
     causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     causes
 }
@@ -322,7 +315,7 @@ fn values(
     sigma: &[f64],
     id: &str,
     channels: &[PupilChannel],
-) -> Vec<Value> {
+) -> Vec<FittedValue> {
     let Some(part) = hypothesis.parts.iter().position(|(e, _)| e.id() == id) else {
         return Vec::new();
     };
@@ -330,7 +323,7 @@ fn values(
     let mut all = Vec::new();
     for (index, parameter) in effect.parameters().iter().enumerate() {
         let mut push = |channel: Option<usize>, value: f64, sigma: f64| {
-            all.push(Value {
+            all.push(FittedValue {
                 name: parameter.name,
                 channel: channel.map(|c| channels[c].name.clone()),
                 unit: parameter.unit,
@@ -423,11 +416,12 @@ fn remarks(found: &Findings) -> Vec<String> {
     distances.sort_by(f64::total_cmp);
     distances.dedup();
     if distances.len() == 1 {
-        remarks.push(format!(
-            "all PSFs are at one distance, where {} and {} look alike unless the size of the image changes",
-            title("defocus_offset"),
-            title("depth_scale")
-        ));
+        remarks.extend(one_distance::alike().map(|pair| {
+            let [one, other] = pair.map(|id| cause_words(id).title);
+            format!(
+                "all PSFs are at one distance, where {one} and {other} look alike unless the size of the image changes"
+            )
+        }));
     }
     if found.set.channels.len() < found.channels.len() {
         remarks.push("the set lacks some of the lens's channels".to_owned());

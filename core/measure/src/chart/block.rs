@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::block_estimate::BlockEstimate;
 use super::picture::Region;
 use super::variation::Variation;
 use crate::photograph::Photograph;
@@ -83,21 +84,6 @@ pub(crate) struct BlockTask<'a> {
     /// Noise variance of a dark pixel, counts², and counts per electron.
     pub(crate) dark_variance: f64,
     pub(crate) gain: f64,
-}
-
-/// The estimate of a block.
-#[derive(Debug, Clone)]
-pub(crate) struct BlockEstimate {
-    /// Light of unit sum on the offsets of a tile, row by row; the pixel's own area not included.
-    pub(crate) kernel: Vec<f64>,
-    /// Mean squared residual over the noise variance.
-    pub(crate) chi_square: f64,
-    /// Standard deviation of a sample of the kernel.
-    pub(crate) sigma: f64,
-    /// Light where the chart is 1, counts.
-    pub(crate) white: f64,
-    /// Root mean square difference of the chart between neighbouring pixels.
-    pub(crate) detail: f64,
 }
 
 /// The pixels of a block.

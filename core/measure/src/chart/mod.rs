@@ -9,6 +9,7 @@
 
 mod alignment;
 mod block;
+mod block_estimate;
 mod block_grid;
 mod coarse;
 mod finding;
@@ -35,7 +36,8 @@ use seidel_optics::error::{Error, ErrorKind, Result};
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
 use crate::robust::{median, quantile};
-use block::{BlockEstimate, BlockTask, Failure, SharpView};
+use block::{BlockTask, Failure, SharpView};
+use block_estimate::BlockEstimate;
 use kernel::{Integration, centroid};
 use map::Displacement;
 use picture::{Aperture, Grid, Region};

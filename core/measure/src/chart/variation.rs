@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::block::BlockEstimate;
+use super::block_estimate::BlockEstimate;
 use crate::robust::median;
 
 /// Blocks whose kernels decide the change over one of them, the nearest ones, and the least number of them.

@@ -1,6 +1,9 @@
 //! Anamorphic lenses: two focal lengths.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, DefocusOffset, DepthScale, Description, Effect, Fitted, Parameter, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `anamorphic`: the lens differs between the x and the y section.
@@ -31,7 +34,7 @@ const fn ratio(name: &'static str, meaning: &'static str) -> Parameter {
         .step(0.01)
 }
 
-static PARAMETERS: [Parameter; 6] = [
+const PARAMETERS: [Parameter; 6] = [
     ratio(
         "squeeze",
         "scale of landing points along x relative to a spherical lens",
@@ -59,16 +62,37 @@ static PARAMETERS: [Parameter; 6] = [
 ];
 
 impl Effect for Anamorphic {
-    fn id(&self) -> &'static str {
-        "anamorphic"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "anamorphic",
+            summary: "the lens has two focal lengths: elliptical discs, another focus along x than along y",
+            title: "an anamorphic squeeze",
+            meaning: "The lens focuses and magnifies differently along x and along y: out-of-focus discs are ellipses.",
+            action: "State camera.squeeze in the manifest and fit again with `seidel fit --model extended`. Make sure that both sets are squeezed, or both desqueezed.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::TwoPlanes,
+            far_out_of_focus: Some("both discs are ellipses"),
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: "the long axis of the discs changes",
+            // A focus offset, or one that changes with distance, looks like the mean focus of a cylinder.
+            contains: &[&DefocusOffset, &DepthScale],
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "the lens has two focal lengths: elliptical discs, another focus along x than along y"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let squeeze = fitted.of("squeeze")?;
+        let mut words = format!(
+            "blur along x is {} times as wide as of a spherical lens",
+            squeeze.quantity(1.0, "")
+        );
+        if let Some(astigmatism) = fitted.of("astigmatism") {
+            words += &format!(
+                "; defocus along x and along y differs by {}",
+                astigmatism.quantity(2.0, "px")
+            );
+        }
+        Some(words)
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

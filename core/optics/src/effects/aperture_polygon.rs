@@ -1,6 +1,12 @@
 //! Iris blades: a polygonal pupil.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use std::f64::consts::TAU;
+
+use super::amount::quantity;
+use super::{
+    ControlRatios, Description, Effect, FitPart, Fitted, Parameter, PupilScale, ScenePoint,
+    SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, MAX_STOPS, Stop, VergenceSeries};
 
 /// `aperture_polygon`: the pupil is a polygon of `blades` sides.
@@ -27,7 +33,7 @@ const STRAIGHT: f64 = 1e-3;
 /// Relative distance of the rim beyond the corners, so that only the blades bound the pupil.
 const CLEARANCE: f64 = 1e-6;
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     Parameter::new(
         "blades",
         "1",
@@ -65,12 +71,33 @@ const _: () = assert!(
 );
 
 impl Effect for AperturePolygon {
-    fn id(&self) -> &'static str {
-        "aperture_polygon"
-    }
-
-    fn summary(&self) -> &'static str {
-        "the iris has blades: discs are polygons, mirrored through focus"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "aperture_polygon",
+            summary: "the iris has blades: discs are polygons, mirrored through focus",
+            title: "iris blades",
+            meaning: "The iris is a polygon: out-of-focus highlights have corners.",
+            action: "Use corrected.json at this f-number, or fit again with `seidel fit --model extended` to PSFs far out of focus. Profiles of other stops need PSFs of their own.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
+            far_out_of_focus: Some("the discs have corners"),
+            two_stops_down: "the polygon shows in full",
+            other_side_of_focus: "the polygon turns upside down",
+            // A smaller iris looks like a polygon of arcs of one circle.
+            contains: &[&PupilScale],
+            // Two irises would need more stops than a pupil can have.
+            is_unique: true,
+            fit: FitPart {
+                used: 4,
+                // The number of blades is counted, and the distance of the corners is one with the size of the pupil.
+                fixed: &[0, 2],
+                shared: true,
+                starts: irises,
+                worth: 0.1,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn amount(&self, values: &[f64]) -> Option<String> {
@@ -82,8 +109,16 @@ impl Effect for AperturePolygon {
         ))
     }
 
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let rotation = fitted.of("rotation_deg")?;
+        let shape = fitted.of("roundness").map_or(String::new(), |r| {
+            format!(", {:.0} % as round as a circle", 100.0 * r.value)
+        });
+        let angle = quantity(rotation.value, rotation.sigma, "degrees");
+        Some(format!(
+            "{:.0} blades{shape}, one corner at {angle} from image x towards y",
+            fitted.number("blades")
+        ))
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -134,12 +169,30 @@ impl Effect for AperturePolygon {
     }
 }
 
+/// Returns initial irises of fits: blades, rotation of a corner, distance of the corners, roundness. Their discs are about as
+/// large as round ones.
+fn irises() -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for blades in 5..=11 {
+        let blades = f64::from(blades);
+        let straight = (3.0 / (2.0 + (TAU / blades).cos())).sqrt();
+        for roundness in [0.2, 0.7] {
+            for quarter in 0..4 {
+                let rotation = 90.0 / blades * f64::from(quarter);
+                let reach = 1.0 + (1.0 - roundness) * (straight - 1.0);
+                all.push(vec![blades, rotation, reach, roundness]);
+            }
+        }
+    }
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::effects::tests::{behind, disc, place};
     use crate::field::Meridian;
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
     fn pupil(blades: f64, roundness: f64, alpha: f64) -> LocalPupil {
         let values = [blades, 17.0, 0.95, roundness];

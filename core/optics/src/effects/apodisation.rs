@@ -1,6 +1,9 @@
 //! Uneven transmission of the pupil.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FitPart, Fitted, Parameter, ScenePoint, SearchStart,
+    Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `apodisation`: the transmission of the pupil falls towards its rim or its centre, about the axis or beside it.
@@ -20,7 +23,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Apodisation;
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     Parameter::new("square", "1", "loss by the squared pupil radius")
         .within(-1.5, 8.0)
         .step(0.05),
@@ -40,12 +43,27 @@ const fn centre(name: &'static str, meaning: &'static str) -> Parameter {
 }
 
 impl Effect for Apodisation {
-    fn id(&self) -> &'static str {
-        "apodisation"
-    }
-
-    fn summary(&self) -> &'static str {
-        "the pupil is not evenly clear: soft-edged or ring-edged discs on both sides of focus"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "apodisation",
+            summary: "the pupil is not evenly clear: soft-edged or ring-edged discs on both sides of focus",
+            title: "an uneven pupil",
+            meaning: "The pupil does not transmit evenly: out-of-focus discs have soft or bright rims on both sides of focus.",
+            action: "Look for haze, a smooth-transition filter or a mirror's shadow. Use corrected.json, or fit again with `seidel fit --model extended`.",
+            parameters: &PARAMETERS,
+            far_out_of_focus: Some("the rims of both discs are soft or bright"),
+            two_stops_down: "the edge of the disc hardens",
+            other_side_of_focus: "soft edges stay soft",
+            fit: FitPart {
+                used: 4,
+                shared: true,
+                // A faint filter does not show its centre.
+                starts: || vec![vec![0.4, 0.0, 0.0, 0.0], vec![-0.3, 0.0, 0.0, 0.0]],
+                worth: 0.1,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn amount(&self, values: &[f64]) -> Option<String> {
@@ -58,8 +76,23 @@ impl Effect for Apodisation {
         ))
     }
 
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        fitted.of("square")?;
+        let rim = (-(fitted.number("square") + fitted.number("fourth"))).exp();
+        Some(format!(
+            "the pupil transmits {:.0} % as much light at its rim as at its centre",
+            100.0 * rim
+        ))
+    }
+
+    // Round if the filter lies on the axis.
+    fn symmetry(&self, values: &[VergenceSeries]) -> Symmetry {
+        let mut centre = values[2..].iter().flat_map(|series| &series.coefficients);
+        if centre.all(|c| *c == 0.0) {
+            Symmetry::Round
+        } else {
+            Symmetry::None
+        }
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,6 +1,9 @@
 //! Axial colour: focus differs between channels.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
+use super::amount::joined;
+use super::{
+    ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, Scope, SearchStart,
+};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -20,7 +23,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AxialColour;
 
-static PARAMETERS: [Parameter; 1] = [Parameter::new(
+const PARAMETERS: [Parameter; 1] = [Parameter::new(
     "alpha",
     "px",
     "defocus relative to the channel of middle wavelength",
@@ -29,16 +32,34 @@ static PARAMETERS: [Parameter; 1] = [Parameter::new(
 .scope(Scope::Difference)];
 
 impl Effect for AxialColour {
-    fn id(&self) -> &'static str {
-        "axial_colour"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "axial_colour",
+            summary: "focus differs by wavelength: defocus differs by channel, the same over the field",
+            title: "axial colour",
+            meaning: "The colour channels focus at different distances.",
+            action: "Use corrected.json, or fit the lens to PSFs of all channels. If it was right before, look for another light source or a filter in the beam.",
+            parameters: &PARAMETERS,
+            two_stops_down: "the difference in focus shrinks with the pupil",
+            other_side_of_focus: "the colour order of the discs flips",
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "focus differs by wavelength: defocus differs by channel, the same over the field"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let channels = fitted.by_channel("alpha").map(|(channel, alpha)| {
+            match (fitted.lens.mm_per_px(), fitted.lens.side(-alpha.value)) {
+                (Some(mm), Some(side)) => format!(
+                    "channel {channel} focuses {} {side} the middle channel",
+                    alpha.quantity(mm, "mm")
+                ),
+                _ => format!(
+                    "channel {channel} is {} out of focus against the middle channel",
+                    alpha.quantity(1.0, "px")
+                ),
+            }
+        });
+        joined(channels.collect())
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

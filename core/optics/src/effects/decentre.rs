@@ -1,6 +1,9 @@
 //! Decentred lens elements: shifted or tilted.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Fitted, Parameter, ScenePoint, Scope,
+    SearchStart, SensorTilt, Symmetry,
+};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries, Wavefront};
 
@@ -56,7 +59,7 @@ impl Decentre {
     ];
 }
 
-static PARAMETERS: [Parameter; COUNT] = [
+const PARAMETERS: [Parameter; COUNT] = [
     term("coma_x", "px", "coma, constant over the field, along x"),
     term("coma_y", "px", "coma, constant over the field, along y"),
     term("astigmatism_x", "px/h", "astigmatism linear in field, by x"),
@@ -138,12 +141,30 @@ static PARAMETERS: [Parameter; COUNT] = [
 ];
 
 impl Effect for Decentre {
-    fn id(&self) -> &'static str {
-        "decentre"
-    }
-
-    fn summary(&self) -> &'static str {
-        "an element is shifted or tilted: coma in the middle, astigmatism and focus linear in field"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "decentre",
+            summary: "an element is shifted or tilted: coma in the middle, astigmatism and focus linear in field",
+            title: "a decentred element",
+            meaning: "An element or a group of the lens is shifted or tilted off the axis: coma even in the middle, and corners that differ.",
+            action: "Have the lens re-collimated (its elements centred again). Until then render with corrected.json, which holds for this copy of the lens only.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
+            field_need: FieldNeed::Sides,
+            far_out_of_focus: Some("both discs are brighter on one side"),
+            two_stops_down: "coma shrinks with the square of the pupil",
+            other_side_of_focus: "coma keeps its direction while discs flip",
+            // A tilted sensor looks like the linear focus.
+            contains: &[&SensorTilt],
+            fit: FitPart {
+                // Without the displacement of the image, which tiles do not show.
+                used: 8,
+                starts: || vec![vec![0.0; 8]],
+                worth: 0.1,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn amount(&self, values: &[f64]) -> Option<String> {
@@ -156,8 +177,20 @@ impl Effect for Decentre {
         ))
     }
 
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let coma = fitted.vector("coma_x", "coma_y")?;
+        let mut words = format!(
+            "coma of {} in the middle, towards {}",
+            coma.quantity(1.0, "px"),
+            coma.direction(1.0)
+        );
+        if let Some(focus) = fitted.vector("focus_x", "focus_y") {
+            words += &format!(
+                "; defocus changes by {} from the middle to the side of the frame",
+                focus.quantity(1.0, "px")
+            );
+        }
+        Some(words)
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,6 +1,7 @@
 //! Constant defocus: an error of sensor position or focus.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::amount::quantity;
+use super::{ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -19,7 +20,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DefocusOffset;
 
-static PARAMETERS: [Parameter; 2] = [
+const PARAMETERS: [Parameter; 2] = [
     Parameter::new("alpha", "px", "defocus added at all field positions").within(-200.0, 200.0),
     Parameter::new(
         "magnification",
@@ -29,17 +30,51 @@ static PARAMETERS: [Parameter; 2] = [
     .within(-500.0, 500.0),
 ];
 
+impl DefocusOffset {
+    /// Index of the parameter that changes the size of the image.
+    pub(super) const MAGNIFICATION: usize = 1;
+}
+
 impl Effect for DefocusOffset {
-    fn id(&self) -> &'static str {
-        "defocus_offset"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "defocus_offset",
+            summary: "sensor or focus are not where the camera says: the same extra defocus everywhere",
+            title: "a focus offset",
+            meaning: "The sensor or the focus ring is not where the camera says: every point is out of focus by the same amount.",
+            action: "Set the focus to the stated distance again and repeat one PSF. If the offset returns, have the flange distance (shims of the mount) adjusted, or render with corrected.json.",
+            parameters: &PARAMETERS,
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: Description::ADDS,
+            second_distance: "the extra defocus is the same at both distances",
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "sensor or focus are not where the camera says: the same extra defocus everywhere"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let alpha = fitted.of("alpha")?;
+        let sensor = match (fitted.lens.mm_per_px(), fitted.lens.side(alpha.value)) {
+            (Some(mm), Some(side)) => {
+                let length = alpha.quantity(mm, "mm");
+                format!("the sensor sits {length} {side} the stated focus")
+            }
+            (Some(mm), None) => format!(
+                "the sensor sits {} off the stated focus, on a side that one distance does not show",
+                alpha.quantity(mm, "mm")
+            ),
+            _ => format!(
+                "points in focus become discs of {} radius",
+                alpha.quantity(1.0, "px")
+            ),
+        };
+        let (Some(slope), Some(stated)) = (fitted.lens.slope_px_m, fitted.lens.focus_per_m) else {
+            return Some(sensor);
+        };
+        Some(format!(
+            "{sensor}: the paraxial focus is at {}, that of the profile at {}",
+            metres(stated - alpha.value / slope),
+            metres(stated)
+        ))
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -65,6 +100,17 @@ impl Effect for DefocusOffset {
             values[0].scaled(ratios.pupil / ratios.image_distance),
             values[1].scaled(1.0 / ratios.image_distance),
         ]
+    }
+}
+
+/// Formats the distance of vergence `v`, 1/m.
+fn metres(v: f64) -> String {
+    if v < -1e-3 {
+        "beyond infinity".to_owned()
+    } else if v < 1e-3 {
+        "infinity".to_owned()
+    } else {
+        quantity(1.0 / v, 0.0, "m")
     }
 }
 

@@ -1,8 +1,10 @@
 //! Object distances wrong by a factor.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    DefocusOffset, Description, Effect, Fitted, OneDistanceTwin, Parameter, ScenePoint, SearchStart,
+};
 use crate::field::Meridian;
-use crate::lens::{LocalPupil, VergenceSeries};
+use crate::lens::LocalPupil;
 
 /// `depth_scale`: the true object distance is `factor` times the stated one.
 ///
@@ -15,11 +17,12 @@ use crate::lens::{LocalPupil, VergenceSeries};
 ///
 /// # Model
 /// Defocus is c (v - v_focus) by the depth law of the lens (docs/background/model.md section 3), so alpha gains
-/// c (1/`factor` - 1) (v - `pivot` v_focus). Other parameters that depend on depth stay.
+/// c (1/`factor` - 1) (v - `pivot` v_focus). Other parameters that depend on depth stay, and
+/// so does the factor at other lens controls.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DepthScale;
 
-static PARAMETERS: [Parameter; 2] = [
+const PARAMETERS: [Parameter; 2] = [
     Parameter::new("factor", "1", "true object distance over the stated one")
         .neutral_at(1.0)
         .within(0.3, 3.0)
@@ -34,16 +37,37 @@ static PARAMETERS: [Parameter; 2] = [
 ];
 
 impl Effect for DepthScale {
-    fn id(&self) -> &'static str {
-        "depth_scale"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "depth_scale",
+            summary: "object distances are wrong by a factor: defocus wrong in proportion to vergence",
+            title: "wrong object distances",
+            meaning: "The stated object distances are wrong by one factor, for example measured from another point than the entrance pupil.",
+            action: "Measure the distances again, in metres from the entrance pupil. Correct depth_m in the manifest, and fit or diagnose again.",
+            parameters: &PARAMETERS,
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: Description::ADDS,
+            second_distance: "the extra defocus grows with 1 / distance",
+            // A lens that was fitted at one distance has no law by which wrong distances could act.
+            one_distance_twin: Some(OneDistanceTwin {
+                effect: &DefocusOffset,
+                without: DefocusOffset::MAGNIFICATION,
+            }),
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "object distances are wrong by a factor: defocus wrong in proportion to vergence"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let factor = fitted.of("factor")?;
+        let pivot = if fitted.number("pivot") > 0.5 {
+            ", and so is the distance in focus"
+        } else {
+            ""
+        };
+        Some(format!(
+            "true distances are {} times the stated ones{pivot}",
+            factor.quantity(1.0, "")
+        ))
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
@@ -58,11 +82,6 @@ impl Effect for DepthScale {
     fn starts(&self) -> Vec<SearchStart> {
         let from = |pivot| SearchStart::new(&[1.05, pivot], &[true, false]);
         vec![from(0.0), from(1.0)]
-    }
-
-    // An error of the measured distances, not of the lens.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Diffraction.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `diffraction`: light is drawn as a wave.
@@ -20,7 +20,7 @@ pub struct Diffraction;
 /// Wavelength over pixel pitch if either is unknown: green light on pixels of 5 um.
 const WAVELENGTH_PX: f64 = 0.11;
 
-static PARAMETERS: [Parameter; 1] = [Parameter::new(
+const PARAMETERS: [Parameter; 1] = [Parameter::new(
     "f_number",
     "1",
     "f-number of the cone of light at the sensor; 0 for rays",
@@ -29,16 +29,22 @@ static PARAMETERS: [Parameter; 1] = [Parameter::new(
 .step(0.2)];
 
 impl Effect for Diffraction {
-    fn id(&self) -> &'static str {
-        "diffraction"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "diffraction",
+            summary: "light is a wave: an Airy pattern, wider for red and for small apertures",
+            title: "diffraction",
+            meaning: "The stop is so small against the pixels that light spreads as a wave, in an Airy pattern.",
+            action: "Use corrected.json. Make sure that f-number, pixel pitch and wavelengths of the profile are those of the camera.",
+            parameters: &PARAMETERS,
+            two_stops_down: "the blur grows",
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "light is a wave: an Airy pattern, wider for red and for small apertures"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let number = fitted.of("f_number")?;
+        Some(format!("as at f/{}", number.quantity(1.0, "")))
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,7 +1,10 @@
 //! Distortion: magnification changes with field.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::amount::{outwards, quantity};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, Fitted, Parameter, ScenePoint, SearchStart,
+};
+use crate::lens::VergenceSeries;
 
 /// `distortion`: images land off their ideal position along the meridian, equally in all channels.
 ///
@@ -21,7 +24,7 @@ const fn term(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter::new(name, "px", meaning).within(-2000.0, 2000.0)
 }
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     term(
         "linear",
         "shift half a frame width off the axis, linear in field",
@@ -37,20 +40,28 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for Distortion {
-    fn id(&self) -> &'static str {
-        "distortion"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "distortion",
+            summary: "magnification changes with field: pictures land radially off, alike in every channel",
+            title: "distortion",
+            meaning: "The magnification changes with the field: PSFs lie radially off their ideal positions, alike in every channel.",
+            action: "Check the ideal positions and the focal length, and that neither camera nor raw converter undistorts one of the sets. Then use corrected.json.",
+            parameters: &PARAMETERS,
+            field_need: FieldNeed::Radii,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "magnification changes with field: pictures land radially off, alike in every channel"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
-    }
-
-    fn apply(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
-        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        fitted.of("linear")?;
+        let shift: f64 = PARAMETERS.iter().map(|p| fitted.number(p.name)).sum();
+        let share = 100.0 * shift.abs() / fitted.lens.half_width_px;
+        Some(format!(
+            "points at the side of the frame land {} ({} of their distance from the axis)",
+            outwards(shift),
+            quantity(share, 0.0, "%")
+        ))
     }
 
     fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {

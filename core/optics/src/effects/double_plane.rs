@@ -1,7 +1,9 @@
 //! Anamorphic lenses to fifth order: a wavefront even in x and even in y, but not rotationally symmetric.
 
 use super::monomials::{FieldMonomial, apply, monomial, rescaled};
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `double_plane`: aberrations that differ between the x and the y section, in a lens with cylindrical elements.
@@ -70,7 +72,7 @@ static TERMS: [FieldMonomial; COUNT] = [
     FieldMonomial::new([0, 2], [0, 4]),
 ];
 
-static PARAMETERS: [Parameter; COUNT + SHIFTS] = [
+const PARAMETERS: [Parameter; COUNT + SHIFTS] = [
     monomial("w2000", "u_x²", 0),
     monomial("w4000", "u_x⁴", 0),
     monomial("w0400", "u_y⁴", 0),
@@ -122,21 +124,28 @@ impl DoublePlane {
 }
 
 impl Effect for DoublePlane {
-    fn id(&self) -> &'static str {
-        "double_plane"
-    }
-
-    fn summary(&self) -> &'static str {
-        "the lens has two planes of symmetry: aberrations differ between x and y"
-    }
-
-    // A lens is designed so.
-    fn is_cause(&self) -> bool {
-        false
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "double_plane",
+            summary: "the lens has two planes of symmetry: aberrations differ between x and y",
+            title: "two planes of symmetry",
+            meaning: "The lens has cylindrical elements, as anamorphic lenses do, so its aberrations differ along x and along y.",
+            action: "Fit the lens again with `seidel fit --model extended` and PSFs in all quarters of the frame.",
+            parameters: &PARAMETERS,
+            // A lens is designed so.
+            is_cause: false,
+            fits_chief_ray: true,
+            symmetry: Symmetry::TwoPlanes,
+            fit: FitPart {
+                used: COUNT,
+                // The difference of defocus between the planes follows the object's distance.
+                linear: 1,
+                starts: || vec![vec![0.0; COUNT]],
+                worth: 0.5,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
@@ -151,10 +160,6 @@ impl Effect for DoublePlane {
             x * (shifts[0] + shifts[1] * x * x + shifts[2] * y * y),
             shifts[3] * y * y * y,
         ]
-    }
-
-    fn fits_chief_ray(&self) -> bool {
-        true
     }
 
     fn starts(&self) -> Vec<SearchStart> {

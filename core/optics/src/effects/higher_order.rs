@@ -1,7 +1,9 @@
 //! Fifth-order aberrations: the eight wave terms of sixth degree in pupil and field.
 
 use super::meridional_terms::{MeridionalTerm, apply, coefficient, rescaled};
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Parameter, ScenePoint, SearchStart,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `higher_order`: higher-order spherical aberration, oblique spherical aberration, and coma, astigmatism and field
@@ -30,7 +32,7 @@ static TERMS: [MeridionalTerm; 8] = [
     MeridionalTerm::w(4, 2, 0),
 ];
 
-static PARAMETERS: [Parameter; 8] = [
+const PARAMETERS: [Parameter; 8] = [
     coefficient("w060", "px", "spherical aberration, sixth order"),
     coefficient("w151", "px/h", "coma, linear in field"),
     coefficient("w242", "px/h²", "oblique spherical aberration, meridional"),
@@ -42,16 +44,26 @@ static PARAMETERS: [Parameter; 8] = [
 ];
 
 impl Effect for HigherOrder {
-    fn id(&self) -> &'static str {
-        "higher_order"
-    }
-
-    fn summary(&self) -> &'static str {
-        "fifth-order aberrations: rings and flares in discs, corners that grow worse faster"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "higher_order",
+            summary: "fifth-order aberrations: rings and flares in discs, corners that grow worse faster",
+            title: "fifth-order aberrations",
+            meaning: "The lens has stronger fifth-order aberrations than its profile: rings and flares in its discs, corners that worsen faster.",
+            action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners. If an extended profile was right before, have the spacing of the elements checked.",
+            parameters: &PARAMETERS,
+            field_need: FieldNeed::Radii,
+            far_out_of_focus: Some("the discs have rings and flares"),
+            two_stops_down: "rings and flares vanish first",
+            other_side_of_focus: "bright rims turn into soft ones",
+            fit: FitPart {
+                used: 8,
+                starts: || vec![vec![0.0; 8]],
+                from_edges: true,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,7 +1,11 @@
 //! Lateral colour: magnification differs between channels.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::amount::{joined, outwards};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, Fitted, Parameter, ScenePoint, Scope,
+    SearchStart,
+};
+use crate::lens::VergenceSeries;
 
 /// `lateral_colour`: the image has another magnification in each channel.
 ///
@@ -17,7 +21,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LateralColour;
 
-static PARAMETERS: [Parameter; 2] = [
+const PARAMETERS: [Parameter; 2] = [
     Parameter::new(
         "linear",
         "px",
@@ -35,20 +39,28 @@ static PARAMETERS: [Parameter; 2] = [
 ];
 
 impl Effect for LateralColour {
-    fn id(&self) -> &'static str {
-        "lateral_colour"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "lateral_colour",
+            summary: "magnification differs by wavelength: channels are shifted radially against each other",
+            title: "lateral colour",
+            meaning: "The colour channels have different magnifications: they are shifted against each other towards the corners.",
+            action: "Use corrected.json. First make sure that neither camera nor raw converter corrects chromatic aberration in one of the sets.",
+            parameters: &PARAMETERS,
+            field_need: FieldNeed::Radii,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "magnification differs by wavelength: channels are shifted radially against each other"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
-    }
-
-    fn apply(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
-        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let linear = fitted.by_channel("linear");
+        let channels = linear.map(|(channel, linear)| {
+            let cubic = fitted.by_channel("cubic").find(|(c, _)| *c == channel);
+            let shift = linear.value + cubic.map_or(0.0, |(_, v)| v.value);
+            format!("channel {channel} {}", outwards(shift))
+        });
+        let channels = joined(channels.collect())?;
+        Some(format!("at the side of the frame, {channels}"))
     }
 
     fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {

@@ -1,6 +1,6 @@
 //! Wavefront terms of a rotationally symmetric lens: the common part of aberrations of higher order.
 
-use super::{ControlRatios, Parameter, ScenePoint, Scope};
+use super::{ControlRatios, Parameter, ScenePoint};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// The term h^k |u|^l cos^m of Hopkins's expansion, W_klm.
@@ -35,16 +35,9 @@ pub(super) const fn coefficient(
     unit: &'static str,
     meaning: &'static str,
 ) -> Parameter {
-    Parameter {
-        name,
-        unit,
-        meaning,
-        neutral: 0.0,
-        least: -1e4,
-        most: 1e4,
-        step: 0.1,
-        scope: Scope::Lens,
-    }
+    Parameter::new(name, unit, meaning)
+        .within(-1e4, 1e4)
+        .step(0.1)
 }
 
 /// Adds `terms` with `values` to the wavefront of `pupil`. A value is the slope at the rim along the meridian, px.

@@ -1,9 +1,11 @@
 //! Effects: properties of real lenses beyond the third-order model.
 //!
 //! An [`Effect`] changes the [`LocalPupil`] of a point: it adds wavefront terms, adds stops, changes the transmission or
-//! the sensor. It may also shift the chief ray. Lens profiles name effects by identifier. Each effect has a file; all of
-//! them are listed in [`ALL`].
+//! the sensor. It may also shift the chief ray. Each effect has a file, which holds everything that is known of it, its words in
+//! reports among that; all of them are listed in [`ALL`]. Lens profiles name effects by identifier; code elsewhere asks
+//! the trait.
 
+mod amount;
 mod anamorphic;
 mod aperture_polygon;
 mod apodisation;
@@ -11,11 +13,13 @@ mod axial_colour;
 mod decentre;
 mod defocus_offset;
 mod depth_scale;
+mod description;
 mod diffraction;
 mod distortion;
 mod double_plane;
 mod higher_order;
 mod lateral_colour;
+mod lens_scale;
 mod meridional_terms;
 mod monomials;
 mod motion;
@@ -28,6 +32,7 @@ mod tone_curve;
 mod veiling_glare;
 mod vignetting;
 
+pub use amount::{Fitted, FittedValue};
 pub use anamorphic::Anamorphic;
 pub use aperture_polygon::AperturePolygon;
 pub use apodisation::Apodisation;
@@ -35,11 +40,13 @@ pub use axial_colour::AxialColour;
 pub use decentre::Decentre;
 pub use defocus_offset::DefocusOffset;
 pub use depth_scale::DepthScale;
+pub use description::{Description, FieldNeed, FitPart, OneDistanceTwin, Symmetry};
 pub use diffraction::Diffraction;
 pub use distortion::Distortion;
 pub use double_plane::DoublePlane;
 pub use higher_order::HigherOrder;
 pub use lateral_colour::LateralColour;
+pub use lens_scale::LensScale;
 pub use motion::Motion;
 pub use obstruction::Obstruction;
 pub use pixel_footprint::PixelFootprint;
@@ -77,7 +84,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// Creates a parameter that all channels share, with neutral value zero and a step suited to px.
-    const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+    pub(crate) const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         Self {
             name,
             unit,
@@ -90,11 +97,11 @@ impl Parameter {
         }
     }
 
-    const fn neutral_at(self, neutral: f64) -> Self {
+    pub(crate) const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
     }
 
-    const fn within(self, least: f64, most: f64) -> Self {
+    pub(crate) const fn within(self, least: f64, most: f64) -> Self {
         Self {
             least,
             most,
@@ -102,11 +109,11 @@ impl Parameter {
         }
     }
 
-    const fn step(self, step: f64) -> Self {
+    pub(crate) const fn step(self, step: f64) -> Self {
         Self { step, ..self }
     }
 
-    const fn scope(self, scope: Scope) -> Self {
+    pub(crate) const fn scope(self, scope: Scope) -> Self {
         Self { scope, ..self }
     }
 }
@@ -196,26 +203,25 @@ impl ControlRatios {
 
 /// An effect beyond the third-order lens model.
 pub trait Effect: Send + Sync {
-    /// The stable identifier used in profiles and reports.
-    fn id(&self) -> &'static str;
+    /// Returns the fixed facts of the effect: its words, and how fits, diagnoses and pages treat it.
+    fn description(&self) -> &'static Description;
 
-    /// Cause and appearance, in a line.
-    fn summary(&self) -> &'static str;
-
-    /// Returns whether a lens can gain the effect after its design: a diagnosis then tries it as a cause of a gap. Other
-    /// effects only describe lenses.
-    fn is_cause(&self) -> bool {
-        true
+    /// Returns the stable identifier used in profiles and reports.
+    fn id(&self) -> &'static str {
+        self.description().id
     }
 
-    /// The parameters, in the order of the values of [`Effect::apply`].
-    fn parameters(&self) -> &'static [Parameter];
+    /// Returns the parameters, in the order of the values of [`Effect::apply`].
+    fn parameters(&self) -> &'static [Parameter] {
+        self.description().parameters
+    }
 
-    /// Applies the effect at `point` to `pupil`, with one of `values` for each parameter.
+    /// Applies the effect at `point` to `pupil`, with one of `values` for each parameter. Effects that shift the chief ray alone
+    /// leave the pupil as it is.
     ///
     /// # Panics
     /// If the number of values is not that of the parameters.
-    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
+    fn apply(&self, _values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {}
 
     /// Returns the shift of the chief ray (x, y), frame px, with `values` as in [`Effect::apply`].
     ///
@@ -229,17 +235,25 @@ pub trait Effect: Send + Sync {
         None
     }
 
-    /// Returns whether a fit of the effect includes the shift of the chief ray. That of other fitted effects is part of the
-    /// magnification and distortion of the lens.
-    fn fits_chief_ray(&self) -> bool {
-        false
+    /// Returns what the values of a diagnosis amount to in the units of the camera, with standard errors, in words; `None` where
+    /// few words do not describe them.
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        fitted.largest()
+    }
+
+    /// Returns the symmetry over the field of the effect with `values`.
+    fn symmetry(&self, _values: &[VergenceSeries]) -> Symmetry {
+        self.description().symmetry
     }
 
     /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
     fn starts(&self) -> Vec<SearchStart>;
 
-    /// Returns `values` for the same lens with pupil and sensor distance changed by `ratios`.
-    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries>;
+    /// Returns `values` for the same lens with pupil and sensor distance changed by `ratios`: as they are, for effects that are
+    /// not of the lens.
+    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
+        values.to_vec()
+    }
 }
 
 /// All effects, in the order in which they act.
@@ -269,7 +283,9 @@ pub static ALL: &[&dyn Effect] = &[
 
 /// Returns the effects that a diagnosis tries as causes of a gap.
 pub fn causes() -> impl Iterator<Item = &'static dyn Effect> {
-    ALL.iter().copied().filter(|effect| effect.is_cause())
+    ALL.iter()
+        .copied()
+        .filter(|effect| effect.description().is_cause)
 }
 
 /// Returns the position of `effect` in [`ALL`].

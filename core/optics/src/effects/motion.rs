@@ -1,6 +1,8 @@
 //! Camera motion during the exposure.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, Fitted, Parameter, ScenePoint, SearchStart, Symmetry,
+};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `motion`: linear motion blur.
@@ -21,7 +23,7 @@ const fn length(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter::new(name, "px", meaning).within(-100.0, 100.0)
 }
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     length("x", "motion of the image along x"),
     length("y", "motion of the image along y"),
     length("shift_x", "offset of the centre of the path along x"),
@@ -29,16 +31,27 @@ static PARAMETERS: [Parameter; 4] = [
 ];
 
 impl Effect for Motion {
-    fn id(&self) -> &'static str {
-        "motion"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "motion",
+            summary: "the camera moved in the exposure: the same streak everywhere, in every channel",
+            title: "camera motion",
+            meaning: "Camera or target moved during the exposure: the same streak everywhere, in every channel.",
+            action: "Re-shoot from a firm support with a remote release and a shorter exposure. Do not keep this in the profile: it belongs to these pictures, not to the lens.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
+            shorter_exposure: "the streak shortens",
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "the camera moved in the exposure: the same streak everywhere, in every channel"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let streak = fitted.vector("x", "y")?;
+        let angle = streak.y.atan2(streak.x).to_degrees().rem_euclid(180.0);
+        Some(format!(
+            "a streak of {}, {angle:.0} degrees from image x towards y",
+            streak.quantity(1.0, "px")
+        ))
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {

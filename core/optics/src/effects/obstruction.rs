@@ -1,6 +1,6 @@
 //! A central obstruction: the secondary mirror of a catadioptric lens.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{ControlRatios, Description, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
 /// `obstruction`: an opaque disc in the middle of the pupil.
@@ -17,7 +17,7 @@ use crate::lens::{LocalPupil, Stop, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Obstruction;
 
-static PARAMETERS: [Parameter; 2] = [
+const PARAMETERS: [Parameter; 2] = [
     Parameter::new("radius", "pupil radii", "radius of the opaque disc")
         .within(0.0, 0.9)
         .step(0.01),
@@ -31,21 +31,18 @@ static PARAMETERS: [Parameter; 2] = [
 ];
 
 impl Effect for Obstruction {
-    fn id(&self) -> &'static str {
-        "obstruction"
-    }
-
-    fn summary(&self) -> &'static str {
-        "a mirror stands in the middle of the pupil: discs are rings"
-    }
-
-    // A lens is designed so.
-    fn is_cause(&self) -> bool {
-        false
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "obstruction",
+            summary: "a mirror stands in the middle of the pupil: discs are rings",
+            title: "a central obstruction",
+            meaning: "The middle of the pupil is dark: out-of-focus discs are rings.",
+            action: "Check that the lens is a mirror lens, or that nothing stands before it.",
+            parameters: &PARAMETERS,
+            // A lens is designed so.
+            is_cause: false,
+            ..Description::DEFAULT
+        }
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

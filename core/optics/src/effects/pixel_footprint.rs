@@ -1,7 +1,7 @@
 //! Pixel aperture and optical low-pass filter.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::{Description, Effect, Fitted, Parameter, ScenePoint, SearchStart, Symmetry};
+use crate::lens::LocalPupil;
 
 /// `pixel_footprint`: the sensor gathers light from more than the area of each pixel.
 ///
@@ -21,23 +21,43 @@ const fn length(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter::new(name, "px", meaning).within(0.0, 16.0)
 }
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     length("box", "side of the box"),
     length("copies_x", "distance of the copies along x"),
     length("copies_y", "distance of the copies along y"),
 ];
 
 impl Effect for PixelFootprint {
-    fn id(&self) -> &'static str {
-        "pixel_footprint"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "pixel_footprint",
+            summary: "pixels and low-pass filter have a size: a box or four close copies, alike everywhere",
+            title: "the pixel footprint",
+            meaning: "The pixels or the optical low-pass filter in front of them spread light more than the profile assumes, alike everywhere.",
+            action: "Use corrected.json for this camera. The cause is the sensor, not the lens: another camera needs another value. Make sure that no picture was scaled or sharpened.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::TwoPlanes,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "pixels and low-pass filter have a size: a box or four close copies, alike everywhere"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let size = fitted.of("box")?;
+        let micrometres = fitted.lens.pitch_um.map_or(String::new(), |pitch| {
+            format!(" ({})", size.quantity(pitch, "µm"))
+        });
+        let mut words = format!(
+            "a box of {}{micrometres} besides the pixel itself",
+            size.quantity(1.0, "px")
+        );
+        if let (Some(x), Some(y)) = (fitted.of("copies_x"), fitted.of("copies_y")) {
+            words += &format!(
+                "; copies {} apart along x and {} along y",
+                x.quantity(1.0, "px"),
+                y.quantity(1.0, "px")
+            );
+        }
+        Some(words)
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -57,11 +77,6 @@ impl Effect for PixelFootprint {
             SearchStart::new(&[0.0, 1.0, 1.0], &[false, true, true]),
             SearchStart::all_free(&[1.0, 0.7, 0.7]),
         ]
-    }
-
-    // A property of the sensor.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

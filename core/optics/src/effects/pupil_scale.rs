@@ -1,7 +1,8 @@
 //! An iris of another size than stated.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::amount::quantity;
+use super::{Description, Effect, Fitted, Parameter, ScenePoint, SearchStart};
+use crate::lens::LocalPupil;
 
 /// `pupil_scale`: the pupil is `radius` times as wide as the one that the lens was measured with.
 ///
@@ -15,11 +16,11 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// # Model
 /// W is taken at `radius` u: a term of degree l grows by radius^l, its slope in pupil radii likewise (Hopkins, Wave
 /// Theory of Aberrations, 1950). Stops outside the iris keep their size. A T-stop taken for an f-stop, a wrong f-number
-/// and a worn iris all act like this.
+/// and a worn iris all act like this. The ratio of the true to the stated radius is the same at other stops.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PupilScale;
 
-static PARAMETERS: [Parameter; 1] = [Parameter::new(
+const PARAMETERS: [Parameter; 1] = [Parameter::new(
     "radius",
     "1",
     "radius of the pupil over that of the lens as measured",
@@ -29,12 +30,19 @@ static PARAMETERS: [Parameter; 1] = [Parameter::new(
 .step(0.01)];
 
 impl Effect for PupilScale {
-    fn id(&self) -> &'static str {
-        "pupil_scale"
-    }
-
-    fn summary(&self) -> &'static str {
-        "the f-number is not the stated one: all blur is scaled by the radius of the pupil"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "pupil_scale",
+            summary: "the f-number is not the stated one: all blur is scaled by the radius of the pupil",
+            title: "a wrong f-number",
+            meaning: "The f-number is not the stated one: the stop has another size, or a T-stop was taken for an f-stop, so all blur is scaled alike.",
+            action: "Correct the stated f-number in the manifest or the profile (camera.f_number), and fit or diagnose again. A T-stop includes the light loss of the glass, so it is always the larger number. If the stated number is right, have the iris checked.",
+            parameters: &PARAMETERS,
+            far_out_of_focus: Some("both discs are whole and of another size than stated"),
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: "discs on both sides are scaled alike",
+            ..Description::DEFAULT
+        }
     }
 
     fn amount(&self, values: &[f64]) -> Option<String> {
@@ -48,8 +56,17 @@ impl Effect for PupilScale {
         ))
     }
 
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let scale = fitted.values.first()?;
+        let stated = fitted.lens.f_number.filter(|_| scale.value > 0.0);
+        let number = stated.map_or(String::new(), |n| {
+            let found = quantity(n / scale.value, n / scale.value.powi(2) * scale.sigma, "");
+            format!(": f/{found} instead of f/{n}")
+        });
+        Some(format!(
+            "the pupil is {} times as wide as stated{number}",
+            scale.quantity(1.0, "")
+        ))
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -65,11 +82,6 @@ impl Effect for PupilScale {
         [1.15, 0.87]
             .map(|radius| SearchStart::all_free(&[radius]))
             .to_vec()
-    }
-
-    // The ratio of the true to the stated radius stays.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

@@ -1,6 +1,9 @@
 //! Sensor tilt.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, Fitted, Parameter, ScenePoint, SearchStart,
+    Symmetry,
+};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -18,7 +21,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SensorTilt;
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     Parameter::new("tilt_x", "px/h", "change of defocus along x").within(-200.0, 200.0),
     Parameter::new("tilt_y", "px/h", "change of defocus along y").within(-200.0, 200.0),
     Parameter::new(
@@ -35,16 +38,41 @@ fn defocus(values: &[f64], point: ScenePoint) -> f64 {
 }
 
 impl Effect for SensorTilt {
-    fn id(&self) -> &'static str {
-        "sensor_tilt"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "sensor_tilt",
+            summary: "the sensor is not square to the axis: defocus changes linearly across the frame",
+            title: "a tilted sensor",
+            meaning: "The sensor, or the lens on its mount, is not square to the optical axis: one side of the frame focuses nearer than the other.",
+            action: "Clean and tighten mount and adapter, and have the sensor or the mount shimmed. If all PSFs are of one flat chart, first make sure that the chart itself was parallel to the sensor.",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
+            field_need: FieldNeed::Sides,
+            two_stops_down: Description::SHRINKS,
+            other_side_of_focus: "the side that is in focus changes",
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "the sensor is not square to the axis: defocus changes linearly across the frame"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let tilt = fitted.vector("tilt_x", "tilt_y")?;
+        // px of defocus a half frame width are this length along the axis over one across, for small angles.
+        let angle = fitted.lens.cone.map(|cone| {
+            let tangent = 2.0 * cone / fitted.lens.half_width_px;
+            tilt.quantity(tangent.to_degrees(), "degrees")
+        });
+        Some(match (angle, fitted.lens.sign()) {
+            (Some(angle), Some(sign)) => format!(
+                "the sensor is tilted by {angle}, its far side towards {} of the picture",
+                tilt.direction(sign)
+            ),
+            (Some(angle), None) => format!("the sensor is tilted by {angle}"),
+            _ => format!(
+                "defocus changes by {} from the middle to the side of the frame, towards {}",
+                tilt.quantity(1.0, "px"),
+                tilt.direction(1.0)
+            ),
+        })
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

@@ -1,7 +1,7 @@
 //! Seventh-order aberrations: the thirteen wave terms of eighth degree in pupil and field.
 
 use super::meridional_terms::{MeridionalTerm, apply, coefficient, rescaled};
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use super::{ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `seventh_order`: spherical aberration of the eighth degree, and oblique aberrations that grow faster still with field.
@@ -34,7 +34,7 @@ static TERMS: [MeridionalTerm; 13] = [
     MeridionalTerm::w(6, 2, 0),
 ];
 
-static PARAMETERS: [Parameter; 13] = [
+const PARAMETERS: [Parameter; 13] = [
     coefficient("w080", "px", "spherical aberration, eighth degree"),
     coefficient("w171", "px/h", "coma, linear in field"),
     coefficient("w262", "px/h²", "oblique spherical aberration, meridional"),
@@ -51,21 +51,24 @@ static PARAMETERS: [Parameter; 13] = [
 ];
 
 impl Effect for SeventhOrder {
-    fn id(&self) -> &'static str {
-        "seventh_order"
-    }
-
-    fn summary(&self) -> &'static str {
-        "seventh-order aberrations: corners that differ from fifth order"
-    }
-
-    // A lens is designed so.
-    fn is_cause(&self) -> bool {
-        false
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "seventh_order",
+            summary: "seventh-order aberrations: corners that differ from fifth order",
+            title: "seventh-order aberrations",
+            meaning: "The lens has aberrations of seventh order, which show in the corners of fast and wide lenses.",
+            action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners.",
+            parameters: &PARAMETERS,
+            // A lens is designed so.
+            is_cause: false,
+            fit: FitPart {
+                used: 13,
+                starts: || vec![vec![0.0; 13]],
+                worth: 0.1,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {

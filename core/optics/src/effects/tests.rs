@@ -100,6 +100,23 @@ fn identifiers_and_parameters_are_sound() {
 }
 
 #[test]
+fn every_effect_has_words_of_its_own() {
+    for (index, effect) in ALL.iter().enumerate() {
+        let (id, words) = (effect.id(), effect.description());
+        let others = ALL[..index].iter().map(|e| e.description().title);
+        assert!(others.into_iter().all(|title| title != words.title), "{id}");
+        let is_plain = !words.title.is_empty() && (words.title != id || !id.contains('_'));
+        assert!(is_plain, "{id} needs a plain title");
+        for sentence in [words.meaning, words.action] {
+            assert!(sentence.ends_with('.'), "{sentence}");
+            let mut raw = ALL.iter().map(|e| e.id()).filter(|id| id.contains('_'));
+            assert!(raw.all(|raw| !sentence.contains(raw)), "{sentence}");
+        }
+        assert_eq!(words.meaning.matches(". ").count(), 0, "one sentence: {id}");
+    }
+}
+
+#[test]
 fn neutral_values_have_no_effect() {
     for effect in ALL {
         let still = applied(*effect, &neutral(*effect));
@@ -148,6 +165,47 @@ fn starts_are_not_neutral_and_every_free_parameter_matters() {
         for (p, freed) in parameters.iter().zip(freed) {
             let counted = ["blades", "pivot"].contains(&p.name);
             assert!(freed != counted, "{} {}", effect.id(), p.name);
+        }
+    }
+}
+
+/// Returns the maps of the frame onto itself under which a lens of `symmetry` stays the same: rows of their matrices.
+fn maps(symmetry: Symmetry) -> Vec<[[f64; 2]; 2]> {
+    let (sin, cos) = 0.7_f64.sin_cos();
+    match symmetry {
+        Symmetry::Round => vec![[[cos, -sin], [sin, cos]], [[-1.0, 0.0], [0.0, 1.0]]],
+        Symmetry::TwoPlanes => vec![[[-1.0, 0.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, -1.0]]],
+        Symmetry::None => Vec::new(),
+    }
+}
+
+#[test]
+fn effects_have_the_symmetry_that_they_state() {
+    for effect in ALL {
+        let starts = effect.starts().into_iter().map(|start| start.values);
+        for values in starts.chain([strong(*effect)]) {
+            let series: Vec<_> = (values.iter().copied())
+                .map(VergenceSeries::constant)
+                .collect();
+            let symmetry = effect.symmetry(&series);
+            for map in maps(symmetry) {
+                let moved = |[x, y]: [f64; 2]| map.map(|row| row[0] * x + row[1] * y);
+                let [x, y] = moved([point().at.x, point().at.y]);
+                let here = behind(*effect, &values, point(), disc(3.0));
+                let there = behind(*effect, &values, place(x, y), disc(3.0));
+                let id = effect.id();
+                for u in RAYS {
+                    assert_close(there.landing(moved(u)), moved(here.landing(u)), id);
+                    assert_eq!(there.passes(moved(u)), here.passes(u), "{id}");
+                    let (a, b) = (there.transmission.at(moved(u)), here.transmission.at(u));
+                    assert!((a - b).abs() < 1e-12, "{id}");
+                }
+                let chief = |point| effect.chief_ray(&values, point);
+                assert_close(chief(place(x, y)), moved(chief(point())), id);
+                assert_eq!(here.sensor.streak_px, [0.0; 2], "{id}");
+                let is_round = here.sensor.copies_px == [0.0; 2];
+                assert!(is_round || symmetry != Symmetry::Round, "{id}");
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Nonlinear pixel values.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::{Description, Effect, Fitted, Parameter, ScenePoint, SearchStart};
+use crate::lens::LocalPupil;
 use crate::sensor::Tone;
 
 /// `tone_curve`: pixel values follow light by a curve, or are clipped.
@@ -22,7 +22,7 @@ pub struct ToneCurve;
 /// Value of `clip` that means no clipping.
 const NO_CLIP: f64 = 100.0;
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     Parameter::new("gamma", "1", "exponent; below one brightens dark values")
         .neutral_at(1.0)
         .within(0.3, 3.0)
@@ -37,16 +37,27 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for ToneCurve {
-    fn id(&self) -> &'static str {
-        "tone_curve"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "tone_curve",
+            summary: "values are not proportional to light: cores compressed against skirts, or clipped",
+            title: "a tone curve",
+            meaning: "Pixel values are not proportional to light: bright cores are compressed, stretched or clipped.",
+            action: "Develop the pictures scene-linear, without picture profile, and expose so that nothing clips. Then measure the PSFs again.",
+            parameters: &PARAMETERS,
+            shorter_exposure: "bright cores are compressed less",
+            // It acts on the light of the plate, not on that of PSFs.
+            in_pictures: false,
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "values are not proportional to light: cores compressed against skirts, or clipped"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let gamma = fitted.of("gamma")?;
+        Some(format!(
+            "values follow light to the power {}",
+            gamma.quantity(1.0, "")
+        ))
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -77,11 +88,6 @@ impl Effect for ToneCurve {
             clipped(0.35),
             clipped(0.85),
         ]
-    }
-
-    // A property of the camera.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

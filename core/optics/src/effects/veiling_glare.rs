@@ -1,7 +1,8 @@
 //! Veiling glare: scattered light.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
-use crate::lens::{LocalPupil, VergenceSeries};
+use super::amount::joined;
+use super::{Description, Effect, Fitted, Parameter, ScenePoint, Scope, SearchStart};
+use crate::lens::LocalPupil;
 use crate::sensor::Halo;
 
 /// `veiling_glare`: a share of the light scatters far.
@@ -15,11 +16,12 @@ use crate::sensor::Halo;
 ///
 /// # Model
 /// A `share` of the light has the density (1 + r²/radius²)^-steepness (Moffat, Astronomy and Astrophysics 3, 1969): the
-/// glare spread function that ISO 9358 measures with black patches.
+/// glare spread function that ISO 9358 measures with black patches. It is attributed to sensor and cover glass, which do not
+/// depend on pupil and focus.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct VeilingGlare;
 
-static PARAMETERS: [Parameter; 3] = [
+const PARAMETERS: [Parameter; 3] = [
     Parameter::new("share", "1", "share of the light that scatters")
         .within(0.0, 0.9)
         .step(0.005)
@@ -35,16 +37,29 @@ static PARAMETERS: [Parameter; 3] = [
 ];
 
 impl Effect for VeilingGlare {
-    fn id(&self) -> &'static str {
-        "veiling_glare"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "veiling_glare",
+            summary: "light scatters in lens and sensor: a faint wide halo around every point",
+            title: "veiling glare",
+            meaning: "Light scatters in lens or sensor: a faint wide halo around every point.",
+            action: "Clean front and rear element and filters, shade the lens, and re-shoot. If the halo stays, use corrected.json.",
+            parameters: &PARAMETERS,
+            dark_surround: "its halo goes on far beyond the tile",
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "light scatters in lens and sensor: a faint wide halo around every point"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        let shares = fitted.by_channel("share").map(|(channel, share)| {
+            let share = share.quantity(100.0, "%");
+            format!("{share} of the light of channel {channel}")
+        });
+        let shares = joined(shares.collect())?;
+        let radius = fitted.of("radius").map_or(String::new(), |radius| {
+            format!(", in a halo of radius {}", radius.quantity(1.0, "px"))
+        });
+        Some(format!("{shares} scatters{radius}"))
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -65,11 +80,6 @@ impl Effect for VeilingGlare {
         [3.0, 8.0]
             .map(|radius| SearchStart::all_free(&[0.1, radius, 2.0]))
             .to_vec()
-    }
-
-    // Attributed to sensor and cover glass, which do not depend on pupil and focus.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }
 

@@ -1,6 +1,9 @@
 //! Mechanical vignetting: the barrel clips oblique pencils.
 
-use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
+use super::{
+    ControlRatios, Description, Effect, FieldNeed, FitPart, Fitted, Parameter, PupilScale,
+    ScenePoint, SearchStart,
+};
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
 /// `vignetting`: two more circular stops, one in front of the aperture and one behind it, that shift over the pupil with
@@ -24,32 +27,19 @@ pub struct Vignetting;
 const WIDE: f64 = 4.0;
 
 const fn radius(name: &'static str, meaning: &'static str) -> Parameter {
-    Parameter {
-        name,
-        unit: "pupil radii",
-        meaning,
-        neutral: WIDE,
-        least: 0.2,
-        most: WIDE,
-        step: 0.02,
-        scope: Scope::Lens,
-    }
+    Parameter::new(name, "pupil radii", meaning)
+        .neutral_at(WIDE)
+        .within(0.2, WIDE)
+        .step(0.02)
 }
 
 const fn shift(name: &'static str, meaning: &'static str) -> Parameter {
-    Parameter {
-        name,
-        unit: "pupil radii per half frame width",
-        meaning,
-        neutral: 0.0,
-        least: -2.0,
-        most: 2.0,
-        step: 0.02,
-        scope: Scope::Lens,
-    }
+    Parameter::new(name, "pupil radii per half frame width", meaning)
+        .within(-2.0, 2.0)
+        .step(0.02)
 }
 
-static PARAMETERS: [Parameter; 4] = [
+const PARAMETERS: [Parameter; 4] = [
     radius("radius_1", "radius of the first circle"),
     shift("shift_1", "shift of the first circle with the field"),
     radius("radius_2", "radius of the second circle"),
@@ -66,16 +56,39 @@ fn is_iris(radius: f64, shift: f64) -> bool {
 }
 
 impl Effect for Vignetting {
-    fn id(&self) -> &'static str {
-        "vignetting"
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: "vignetting",
+            summary: "the barrel clips oblique pencils: discs become cat's eyes towards the corners",
+            title: "vignetting",
+            meaning: "The barrel, a hood or a filter ring clips oblique light: out-of-focus discs become cat's eyes towards the corners.",
+            action: "Remove hood and filters and look again. If it stays, it is the lens's own: use corrected.json, or fit again with `seidel fit --model extended`.",
+            parameters: &PARAMETERS,
+            field_need: FieldNeed::Radii,
+            far_out_of_focus: Some("only the disc in the corner is cut"),
+            two_stops_down: "the cat's eye becomes round",
+            other_side_of_focus: "the cat's eye turns over",
+            // A smaller iris looks like a stop that does not move.
+            contains: &[&PupilScale],
+            fit: FitPart {
+                used: 4,
+                shared: true,
+                starts: stops,
+                worth: 0.01,
+                from_edges: true,
+                ..FitPart::NONE
+            },
+            ..Description::DEFAULT
+        }
     }
 
-    fn summary(&self) -> &'static str {
-        "the barrel clips oblique pencils: discs become cat's eyes towards the corners"
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn fitted_amount(&self, fitted: Fitted) -> Option<String> {
+        fitted.of("radius_1")?;
+        Some(format!(
+            "{:.0} % of the pupil is clipped at the side of the frame, {:.0} % in the middle",
+            100.0 * clipped(fitted, 1.0),
+            100.0 * clipped(fitted, 0.0)
+        ))
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
@@ -126,6 +139,37 @@ impl Effect for Vignetting {
             })
             .collect()
     }
+}
+
+/// Returns the share of the pupil outside the clipping circles at field radius `field`.
+fn clipped(fitted: Fitted, field: f64) -> f64 {
+    const STEPS: i32 = 100;
+    let circles = [("radius_1", "shift_1"), ("radius_2", "shift_2")].map(|(radius, shift)| {
+        let radius = fitted.of(radius).map_or(f64::INFINITY, |v| v.value);
+        (radius, fitted.number(shift) * field)
+    });
+    let (mut inside, mut passes) = (0, 0);
+    for (x, y) in (-STEPS..=STEPS).flat_map(|x| (-STEPS..=STEPS).map(move |y| (x, y))) {
+        let (x, y) = (
+            f64::from(x) / f64::from(STEPS),
+            f64::from(y) / f64::from(STEPS),
+        );
+        if x.hypot(y) <= 1.0 {
+            inside += 1;
+            passes += i32::from(circles.iter().all(|(r, s)| (x - s).hypot(y) <= *r));
+        }
+    }
+    1.0 - f64::from(passes) / f64::from(inside)
+}
+
+/// Returns initial stops of fits: radius and shift of a front and a rear one. One alone clips half way to the corner; two begin
+/// to clip on the axis, half way to the corner, or near it.
+fn stops() -> Vec<Vec<f64>> {
+    let neutral = [WIDE, 0.0];
+    let one = [[[1.05, 0.3], neutral], [neutral, [1.05, -0.3]]];
+    let two = [[1.0, 0.15], [1.0, 0.5], [1.4, 0.6], [1.8, 0.9]];
+    let two = two.map(|[radius, shift]| [[radius, shift], [radius, -shift]]);
+    one.iter().chain(&two).map(|stops| stops.concat()).collect()
 }
 
 #[cfg(test)]

@@ -91,27 +91,12 @@ impl MomentCoefficients {
         Self(s)
     }
 
-    /// Returns the coefficients in the P-frame, that of the ideal image point on the focused-image plane: S_k
-    /// (Z2 / Z1)^degree (Eqs 25-34).
-    ///
-    /// Interpolate in the X-frame, not in this one.
-    #[must_use]
-    pub fn in_p_frame(&self, z2_over_z1: f64) -> Self {
-        self.rescaled(1.0, 1.0 / z2_over_z1)
-    }
-
     /// Returns the coefficients with `variance_px2` added to the PSF at all field positions: only S1 changes.
     #[must_use]
     pub fn with_added_variance(&self, variance_px2: f64) -> Self {
         let mut s = *self;
         s.0[0] += variance_px2;
         s
-    }
-
-    /// Returns whether a third-order lens can have these coefficients: S5 >= 0, S4 + S5 >= 0, and neither the meridional nor
-    /// the sagittal variance negative up to `field_radius` (docs/background/model.md section 4).
-    pub fn is_realisable(&self, field_radius: f64) -> bool {
-        self.0[4] >= 0.0 && self.0[3] + self.0[4] >= 0.0 && self.least_variance(field_radius) >= 0.0
     }
 
     /// Returns the smallest meridional or sagittal variance up to `field_radius`, px².
@@ -211,6 +196,6 @@ mod tests {
         let s = MomentCoefficients([1.0, 0.0, -4.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert!(s.least_variance(1.0).abs() < 1e-15);
         assert!(s.least_variance(0.5) > 0.2);
-        assert!(!s.with_added_variance(-0.1).is_realisable(1.0));
+        assert!(s.with_added_variance(-0.1).least_variance(1.0) < 0.0);
     }
 }

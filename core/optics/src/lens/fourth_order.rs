@@ -15,8 +15,15 @@ pub struct FourthCoefficients {
     pub p: [f64; 3],
 }
 
+impl ReducedNumbers {
+    /// Returns the twelve coefficients of the fourth moments (docs/background/model.md section 8).
+    pub fn fourth_coefficients(&self) -> FourthCoefficients {
+        FourthCoefficients::new(self)
+    }
+}
+
 impl FourthCoefficients {
-    pub(super) fn new(numbers: &ReducedNumbers) -> Self {
+    fn new(numbers: &ReducedNumbers) -> Self {
         let ReducedNumbers {
             alpha: a,
             beta: k,

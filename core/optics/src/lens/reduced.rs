@@ -1,6 +1,6 @@
 //! The five reduced numbers of a third-order lens at one depth, and their conversion to and from S1..S10.
 
-use super::{FourthCoefficients, MomentCoefficients};
+use super::MomentCoefficients;
 
 /// The five numbers that determine all moments of a third-order lens (X-frame, docs/background/model.md section 3).
 ///
@@ -45,11 +45,6 @@ impl ReducedNumbers {
             -p * (a * (g + 2.0 * d) / 6.0 + b * (3.0 * g + 7.0 * d) / 24.0) - p.powi(3) / 12.0,
             -p * (a * a / 6.0 + 7.0 * a * b / 24.0 + b * b / 8.0),
         ])
-    }
-
-    /// Returns the twelve coefficients of the fourth moments (docs/background/model.md section 8).
-    pub fn fourth_coefficients(&self) -> FourthCoefficients {
-        FourthCoefficients::new(self)
     }
 
     /// Returns the five numbers whose S1..S10 are closest to `s` over a field of radius `field_radius`.

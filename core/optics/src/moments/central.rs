@@ -1,6 +1,5 @@
 //! Second and third central moments in image axes.
 
-use super::MeridionalMoments;
 use crate::field::Meridian;
 
 /// The second (px²) and third (px³) central moments; `mu_pq` is the mean of x^p y^q about the centroid.
@@ -117,19 +116,6 @@ impl CentralMoments {
                 + mu03 * c * c * s,
             mu03: -mu30 * s * s * s + 3.0 * mu21 * s * s * c - 3.0 * mu12 * s * c * c
                 + mu03 * c * c * c,
-        }
-    }
-
-    /// Returns the part that is mirror-symmetric about `meridian`, in meridional axes.
-    ///
-    /// Drops mu11, mu21 and mu03, which are zero there for a rotationally symmetric lens.
-    pub fn meridional(&self, meridian: Meridian) -> MeridionalMoments {
-        let m = self.rotated_into(meridian);
-        MeridionalMoments {
-            mu20: m.mu20,
-            mu02: m.mu02,
-            mu30: m.mu30,
-            mu12: m.mu12,
         }
     }
 

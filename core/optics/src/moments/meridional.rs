@@ -18,6 +18,21 @@ pub struct MeridionalMoments {
     pub mu12: f64,
 }
 
+impl CentralMoments {
+    /// Returns the part that is mirror-symmetric about `meridian`, in meridional axes.
+    ///
+    /// Drops mu11, mu21 and mu03, which are zero there for a rotationally symmetric lens.
+    pub fn meridional(&self, meridian: Meridian) -> MeridionalMoments {
+        let m = self.rotated_into(meridian);
+        MeridionalMoments {
+            mu20: m.mu20,
+            mu02: m.mu02,
+            mu30: m.mu30,
+            mu12: m.mu12,
+        }
+    }
+}
+
 impl MeridionalMoments {
     /// Returns the moments in image axes, with the meridian along `meridian`.
     pub fn in_image(&self, meridian: Meridian) -> CentralMoments {

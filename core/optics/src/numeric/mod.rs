@@ -3,5 +3,5 @@
 mod normal;
 mod random;
 
-pub use normal::StandardNormal;
+pub use normal::{StandardNormal, normal_cdf};
 pub use random::SplitMix64;

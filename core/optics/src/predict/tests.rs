@@ -206,12 +206,11 @@ const TONE: Tone = Tone {
 };
 
 impl effects::Effect for Toned {
-    fn id(&self) -> &'static str {
-        "toned"
-    }
-
-    fn summary(&self) -> &'static str {
-        "a tone"
+    fn description(&self) -> &'static effects::Description {
+        &effects::Description {
+            id: "toned",
+            ..effects::Description::DEFAULT
+        }
     }
 
     fn parameters(&self) -> &'static [effects::Parameter] {

@@ -13,9 +13,6 @@ const MAX_BLUR_VARIANCE_PX2: f64 = 1e4;
 /// smaller.
 const MAX_RAY_PX: f64 = 1e5;
 
-/// The effect that fitted and added effects can have only once in all.
-const IRIS: &str = "aperture_polygon";
-
 impl LensProfile {
     /// Checks the conditions that involve more than one key.
     pub(super) fn check(&self) -> Result<()> {
@@ -122,12 +119,12 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
             }
         }
     }
-    // Two irises would need more stops than a pupil can have.
-    let iris = |list: &[ProfileEffect]| list.iter().any(|c| c.effect.id() == IRIS);
-    if iris(&channel.effects) && iris(&channel.added) {
+    let mut unique = (channel.effects.iter()).filter(|c| c.effect.description().is_unique);
+    let twice = unique.find(|own| channel.added.iter().any(|c| order(c) == order(own)));
+    if let Some(twice) = twice {
         return Err(Error::new(
             "added_effects",
-            format!("has `{IRIS}`, which `effects` has as well"),
+            format!("has `{}`, which `effects` has as well", twice.effect.id()),
             "give it in one of them",
         ));
     }

@@ -29,6 +29,7 @@ mod json;
 mod look;
 mod moments;
 mod pupil;
+mod scale;
 
 pub use adequacy::{
     Adequacy, FieldPattern, FieldZone, MAX_EXCESS_DESCRIBED, MAX_EXCESS_IN_PART, ResidualPattern,

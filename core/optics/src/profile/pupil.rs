@@ -123,7 +123,11 @@ impl PupilChannel {
     pub fn displacement_at(&self, at: FieldPoint, v: f64, half_width_px: f64) -> (f64, f64) {
         let stretch = self.relative_displacement_at(at, v) * half_width_px;
         let mut moved = [at.x * stretch, at.y * stretch];
-        for carried in self.effects.iter().filter(|c| c.effect.fits_chief_ray()) {
+        for carried in self
+            .effects
+            .iter()
+            .filter(|c| c.effect.description().fits_chief_ray)
+        {
             let clamped = self.clamped(v);
             let values: Vec<f64> = carried.values.iter().map(|s| s.at(clamped)).collect();
             let shift = (carried.effect).chief_ray(&values, self.scene_point(at, v));

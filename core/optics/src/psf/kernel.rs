@@ -1,7 +1,6 @@
 //! Sampling grids and unit-sum kernels.
 
-use super::rows::KernelGrid;
-use super::{LocalBlur, PsfModel};
+use super::{KernelBounds, LocalBlur, PsfModel};
 
 /// A grid of pixels on which a PSF is sampled, placed relative to its centroid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +35,61 @@ impl SampleGrid {
     /// Returns whether the grid has no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+/// The pixels of a kernel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KernelGrid {
+    /// First column relative to the source pixel.
+    pub(super) left: i32,
+    /// First row relative to the source pixel.
+    pub(super) top: i32,
+    /// The same pixels relative to the centroid.
+    pub(super) samples: SampleGrid,
+}
+
+impl KernelGrid {
+    /// Returns the pixels within `bounds` of a centroid `shift_px` from the centre of the source pixel: at least the
+    /// pixel nearest to the centroid.
+    pub(super) fn new(bounds: &KernelBounds, shift_px: (f64, f64)) -> Self {
+        let (x, y) = shift_px;
+        let left = (x - bounds.left_px).ceil().min(x.round());
+        let right = (x + bounds.right_px).floor().max(x.round());
+        let top = (y - bounds.up_px).ceil().min(y.round());
+        let bottom = (y + bounds.down_px).floor().max(y.round());
+        Self {
+            left: left as i32,
+            top: top as i32,
+            samples: SampleGrid {
+                first_x_px: left - x,
+                first_y_px: top - y,
+                width: (right - left) as usize + 1,
+                height: (bottom - top) as usize + 1,
+            },
+        }
+    }
+
+    /// Returns the pixels within `reach` columns and rows of the source pixel, at least one; `None` if these are all.
+    pub(super) fn cropped(&self, reach: [i32; 2]) -> Option<Self> {
+        let near = |first: i32, count: usize, reach: i32| {
+            let last = first + count as i32 - 1;
+            let start = (-reach).clamp(first, last);
+            start..reach.clamp(start, last) + 1
+        };
+        let columns = near(self.left, self.samples.width, reach[0]);
+        let rows = near(self.top, self.samples.height, reach[1]);
+        let part = Self {
+            left: columns.start,
+            top: rows.start,
+            samples: SampleGrid {
+                first_x_px: self.samples.first_x_px + f64::from(columns.start - self.left),
+                first_y_px: self.samples.first_y_px + f64::from(rows.start - self.top),
+                width: columns.len(),
+                height: rows.len(),
+            },
+        };
+        (part.samples.len() < self.samples.len()).then_some(part)
     }
 }
 

@@ -3,7 +3,7 @@
 //! It represents mu12, which a single skew-normal cannot without breaking the mirror symmetry
 //! (docs/background/model.md section 7).
 
-use super::mixture::{PHI, SKEW_CAP, T_MAX};
+use super::skew_normal_density::{PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 use crate::field::Meridian;
 

@@ -20,20 +20,22 @@ mod gaussian;
 mod kernel;
 mod mirrored_pair;
 mod mixture;
-mod normal;
 pub mod pupil;
 mod rows;
 mod skew_normal;
+mod skew_normal_density;
 mod skew_normal_general;
+mod skew_normal_samples;
 
+pub use crate::numeric::normal_cdf;
 pub use gaussian::Gaussian;
 pub use kernel::{Kernel, SampleGrid, draw_kernel};
 pub use mirrored_pair::MirroredPair;
-pub use mixture::{B, Mixture, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
-pub use normal::normal_cdf;
+pub use mixture::Mixture;
 pub use pupil::Pupil;
 pub use rows::{KernelRows, KernelSpan};
 pub use skew_normal::{PaperParameters, SkewNormal, meridional_density, meridional_skew};
+pub use skew_normal_density::{B, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
 pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
 
 use crate::error::{Error, Result};

@@ -1,8 +1,9 @@
 //! Kernels stored as one span of weights a row, for the exact renderer.
 
-use super::normal::{Curve, LANES, Scan};
+use super::kernel::KernelGrid;
 use super::pupil::{PsfImage, Workspace};
-use super::{Kernel, KernelBounds, Mixture, SampleGrid};
+use super::skew_normal_samples::{Curve, LANES, Scan};
+use super::{Kernel, Mixture};
 use std::ops::Range;
 
 /// A kernel as spans of weights, one a row, in a reusable buffer.
@@ -276,67 +277,15 @@ impl pulp::WithSimd for Drawing<'_> {
     }
 }
 
-/// The pixels of a kernel.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct KernelGrid {
-    /// First column relative to the source pixel.
-    pub(super) left: i32,
-    /// First row relative to the source pixel.
-    pub(super) top: i32,
-    /// The same pixels relative to the centroid.
-    pub(super) samples: SampleGrid,
-}
-
-impl KernelGrid {
-    /// Returns the pixels within `bounds` of a centroid `shift_px` from the centre of the source pixel: at least the
-    /// pixel nearest to the centroid.
-    pub(super) fn new(bounds: &KernelBounds, shift_px: (f64, f64)) -> Self {
-        let (x, y) = shift_px;
-        let left = (x - bounds.left_px).ceil().min(x.round());
-        let right = (x + bounds.right_px).floor().max(x.round());
-        let top = (y - bounds.up_px).ceil().min(y.round());
-        let bottom = (y + bounds.down_px).floor().max(y.round());
-        Self {
-            left: left as i32,
-            top: top as i32,
-            samples: SampleGrid {
-                first_x_px: left - x,
-                first_y_px: top - y,
-                width: (right - left) as usize + 1,
-                height: (bottom - top) as usize + 1,
-            },
-        }
-    }
-
-    /// Returns the pixels within `reach` columns and rows of the source pixel, at least one; `None` if these are all.
-    pub(super) fn cropped(&self, reach: [i32; 2]) -> Option<Self> {
-        let near = |first: i32, count: usize, reach: i32| {
-            let last = first + count as i32 - 1;
-            let start = (-reach).clamp(first, last);
-            start..reach.clamp(start, last) + 1
-        };
-        let columns = near(self.left, self.samples.width, reach[0]);
-        let rows = near(self.top, self.samples.height, reach[1]);
-        let part = Self {
-            left: columns.start,
-            top: rows.start,
-            samples: SampleGrid {
-                first_x_px: self.samples.first_x_px + f64::from(columns.start - self.left),
-                first_y_px: self.samples.first_y_px + f64::from(rows.start - self.top),
-                width: columns.len(),
-                height: rows.len(),
-            },
-        };
-        (part.samples.len() < self.samples.len()).then_some(part)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::field::FieldPoint;
     use crate::moments::MeridionalMoments;
-    use crate::psf::{ALL, LocalBlur, PsfModel, SkewNormal, SkewNormalDensity, draw_kernel};
+    use crate::psf::{
+        ALL, KernelBounds, LocalBlur, PsfModel, SampleGrid, SkewNormal, SkewNormalDensity,
+        draw_kernel,
+    };
     use pulp::WithSimd;
 
     /// Compares scalar code with AVX2 and with the best instruction set of the machine.

@@ -3,7 +3,7 @@
 //! It is mirror-symmetric about the meridian, like the PSFs of a rotationally symmetric lens
 //! (docs/background/model.md section 7).
 
-use super::mixture::{B, PHI, SKEW_CAP, T_MAX};
+use super::skew_normal_density::{B, PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 use crate::field::Meridian;
 use crate::moments::MeridionalMoments;

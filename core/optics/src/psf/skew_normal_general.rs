@@ -1,6 +1,6 @@
 //! The skew-normal PSF fitted without mirror symmetry, for measured moments.
 
-use super::mixture::{PHI, SKEW_CAP, T_MAX};
+use super::skew_normal_density::{PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 use crate::moments::CentralMoments;
 

@@ -1,8 +1,9 @@
 //! A given background: what a plate shows where its foreground is taken away.
 
 use super::depth_layers::DepthLayers;
-use super::disocclusion::{ExtraSamples, LayeredPlate};
+use super::disocclusion::ExtraSamples;
 use super::farthest_nearby::FarthestNearby;
+use super::layered_plate::LayeredPlate;
 use crate::{Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};

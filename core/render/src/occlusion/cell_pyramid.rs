@@ -3,7 +3,7 @@
 //! It holds the pixels within a few px of a jump in depth, on its far side. Cells have sides of 2, 4, 8, ... pixels on
 //! a grid fixed to the frame, and hold the average of their farthest surface.
 
-use super::disocclusion::LayeredPlate;
+use super::layered_plate::LayeredPlate;
 use rayon::prelude::*;
 
 /// Least jump between surfaces, layers. Samples within this distance of the farthest are one surface.

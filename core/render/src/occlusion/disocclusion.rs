@@ -8,7 +8,8 @@
 use super::cell_pyramid::{self, CellLevel, JUMP};
 use super::depth_layers::DepthLayers;
 use super::edge_distance::EdgeDistance;
-use crate::{Plane, PlateMap};
+use super::layered_plate::LayeredPlate;
+use crate::PlateMap;
 use rayon::prelude::*;
 
 /// Largest number of levels of the cell pyramid.
@@ -21,17 +22,6 @@ pub const HIDDEN_REACH_PX: usize = 3 << (MAX_LEVELS - 1);
 const FULL_PRESENCE: f32 = 4.0;
 /// Least weight of a hidden sample.
 const MIN_WEIGHT: f32 = 1e-3;
-
-/// A plate with the layer coordinates of its pixels.
-pub(super) struct LayeredPlate<'a> {
-    pub(super) width: usize,
-    pub(super) height: usize,
-    /// Position of the plate's first pixel on the frame's grid of cells.
-    pub(super) origin: [usize; 2],
-    /// Place of every pixel on the layers.
-    pub(super) coordinates: &'a [f32],
-    pub(super) planes: &'a [Plane<'a>],
-}
 
 /// Returns the position of a plate's first pixel on the frame's grid of cells.
 pub(super) fn grid_origin(map: PlateMap) -> [usize; 2] {

@@ -1,7 +1,7 @@
 //! The farthest surface of a plate within the reach of blur, by blocks.
 
 use super::depth_layers::DepthLayers;
-use super::disocclusion::LayeredPlate;
+use super::layered_plate::LayeredPlate;
 use rayon::prelude::*;
 
 /// Side of a block, px.

@@ -15,7 +15,8 @@
 //! F, B, black and white.
 
 use super::cell_pyramid::JUMP;
-use super::disocclusion::{ExtraSamples, LayeredPlate};
+use super::disocclusion::ExtraSamples;
+use super::layered_plate::LayeredPlate;
 use crate::Plane;
 use rayon::prelude::*;
 

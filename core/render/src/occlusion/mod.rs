@@ -18,6 +18,7 @@ mod edge_distance;
 mod farthest_nearby;
 mod layer_samples;
 mod layer_waves;
+mod layered_plate;
 mod mixed_pixels;
 mod small_lights;
 #[cfg(test)]
@@ -34,9 +35,10 @@ use crate::{
     VergencePass, cancelled,
 };
 use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
-use disocclusion::{ExtraSamples, LayeredPlate};
+use disocclusion::ExtraSamples;
 use layer_samples::{LayerSamples, LayerSource};
 use layer_waves::{CropProgress, LayerCrop, waves};
+use layered_plate::LayeredPlate;
 use mixed_pixels::MixedPixels;
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};

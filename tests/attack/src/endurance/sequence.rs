@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use seidel_image_io::exr::{NewChannel, write_channels};
+use seidel_image_io::formats::exr::{NewChannel, write_channels};
 use seidel_image_io::windows::{ImageWindows, PixelWindow};
 
 use super::Watch;

@@ -8,7 +8,7 @@ use exr::math::RoundingMode;
 use exr::meta::attribute::{AttributeValue, LineOrder, Text};
 use exr::prelude::{Compression, LayerAttributes, Vec2, WritableImage};
 use half::f16;
-use seidel_image_io::exr::{NewChannel, write_channels};
+use seidel_image_io::formats::exr::{NewChannel, write_channels};
 use seidel_image_io::windows::ImageWindows;
 
 use super::{HEIGHT, WIDTH, plane, read};

@@ -1,6 +1,6 @@
 //! OpenEXR images: every compression, tiles, parts, mip maps, deep.
 
-use seidel_image_io::exr::ExrImage;
+use seidel_image_io::formats::exr::ExrImage;
 
 use super::image::{read_otherwise, read_picture};
 use super::{Attack, Sort, Target};

@@ -4,6 +4,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::spanned::Spanned as _;
 use syn::visit::{self, Visit};
 
+use super::text::Described;
 use super::words::Words;
 use super::{Finding, Rule, names, signatures, text};
 
@@ -37,14 +38,6 @@ fn check_strings(tokens: TokenStream, words: &Words, found: &mut Vec<Finding>) {
             _ => after_doc = usize::saturating_sub(after_doc, 1),
         }
     }
-}
-
-/// The kind of value that a doc comment describes.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Described {
-    /// A `bool` or several, or a function that returns them: its comment may open with "Whether".
-    Bool,
-    Other,
 }
 
 impl Described {

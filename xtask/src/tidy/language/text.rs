@@ -1,8 +1,15 @@
 //! Text: comments, string literals and documents.
 
-use super::syntax::Described;
 use super::words::Words;
 use super::{Finding, Rule};
+
+/// The kind of value that a doc comment describes.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Described {
+    /// A `bool` or several, or a function that returns them: its comment may open with "Whether".
+    Bool,
+    Other,
+}
 
 /// Words that open a question, or a clause without a main verb.
 const OPENINGS: [&str; 9] = [

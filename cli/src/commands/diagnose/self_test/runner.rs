@@ -12,7 +12,6 @@ use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::LensProfile;
 use seidel_core::{Error, Progress, Result};
-use seidel_image_io::processor_time::processor_seconds;
 use seidel_trial::{
     Answer, Case, FitModel, FurtherCapture, KindClass, Outcome, Recipe, Selection, Setting, draw,
     draw_further, recipes,
@@ -20,6 +19,7 @@ use seidel_trial::{
 
 use super::holdout::{Positions, closed_share};
 use super::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
+use crate::process::processor_seconds;
 
 /// Settings of a self-test.
 #[derive(Debug, Clone)]

@@ -17,7 +17,7 @@ mod tests;
 use nalgebra::DMatrix;
 
 use super::pixels::parameters::{ModelStructure, ParameterLayout, Quantity};
-use super::pixels::parts::{HIGHER_ORDER, Part, VIGNETTING};
+use super::pixels::parts::{self, Part};
 use super::{AxisChoice, holdout};
 use crate::fit::axis::AxisEstimate;
 use crate::least_squares::Stop;
@@ -291,7 +291,6 @@ impl<'a> Context<'a> {
 
     /// Adds every part that improves edges of held-out zones, the best first.
     fn add_parts(&self, mut fit: FittedLens, stage: Stage) -> Result<FittedLens> {
-        const PARTS: [&Part; 2] = [&HIGHER_ORDER, &VIGNETTING];
         let edges = self.per_channel(PART_EDGES);
         let places: Vec<FieldPoint> = edges.iter().map(|e| e.at).collect();
         let held_out = holdout::held_out_mask(&self.frame, &places);
@@ -306,14 +305,15 @@ impl<'a> Context<'a> {
         if check.is_empty() {
             return Ok(fit);
         }
-        let mut open = PARTS.to_vec();
-        for round in 0..PARTS.len() {
+        let mut open: Vec<Part> = parts::all().filter(|part| part.fit.from_edges).collect();
+        let rounds = open.len();
+        for round in 0..rounds {
             let plain = self.refined(&fit, &fitted, BETWEEN).0;
             let before = self.point(&plain, &check);
             let mut best: Option<(f64, usize, FittedLens)> = None;
             for (k, part) in open.iter().enumerate() {
                 stage
-                    .part_of(round, PARTS.len())
+                    .part_of(round, rounds)
                     .part_of(k, open.len())
                     .reach(0.0)?;
                 if edges.len() < part.least_tiles() {
@@ -347,7 +347,7 @@ impl<'a> Context<'a> {
         let start = layout.transfer(&fit.layout, &fit.theta);
         let which = fit.layout.structure.effects.len();
         let few = subsample(edges, TRIAL_EDGES * self.set.channels.len());
-        let starts = (part.starts)();
+        let starts = (part.fit.starts)();
         let screened = starts.iter().map(|values| {
             let mut theta = start.clone();
             for (k, value) in values.iter().enumerate() {

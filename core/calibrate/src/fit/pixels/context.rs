@@ -218,12 +218,12 @@ impl<'a> FitContext<'a> {
             }
             let few = subsample(&mine, TRIAL_TILES);
             let mut ranked: Vec<(f64, Vec<f64>)> = Vec::new();
-            let mut fit_reduced = initial_estimates(&self.frame, &measured, MAX_ESTIMATES);
-            fit_reduced.extend(defocus_only_estimates(&measured));
+            let mut estimates = initial_estimates(&self.frame, &measured, MAX_ESTIMATES);
+            estimates.extend(defocus_only_estimates(&measured));
             let trials = stage.part(0.0, TRIALS_SHARE);
             let trials = trials.part_of(channel, self.channel_names().len());
-            let count = fit_reduced.len();
-            for (k, start) in fit_reduced.into_iter().enumerate() {
+            let count = estimates.len();
+            for (k, start) in estimates.into_iter().enumerate() {
                 trials.part_of(k, count).reach(0.0)?;
                 let mut trial = theta.clone();
                 layout.set_initial(&mut trial, channel, &start);

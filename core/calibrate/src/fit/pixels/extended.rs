@@ -1,18 +1,19 @@
 //! The extended model: parts added to the reduced model where they improve held-out zones of the field.
 //!
-//! Fifth-order aberrations come first. The other parts ([`PARTS`]) are then tried in turn: each is fitted to few tiles,
+//! Fifth-order aberrations come first. The other parts ([`further_parts`]) are then tried in turn: each is fitted to few tiles,
 //! without those of the held-out zones. Of the parts that are worth their parameters, and lower the misfit of the held-out zones
 //! nearly as much as the best does, the one with the fewest parameters is added, as long as there is one.
 
 use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, QUICK, subsample};
 use super::named;
 use super::parameters::{ParameterLayout, Quantity};
-use super::parts::{DOUBLE_PLANE, HIGHER_ORDER, PARTS, Part};
+use super::parts::{self, Part};
 use super::tile_equations::{FitTile, MisfitSettings};
 use super::vergence_law::{self, Refit};
 use crate::fit::holdout;
 use crate::least_squares::Stop;
 use crate::stage::Stage;
+use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
@@ -82,9 +83,7 @@ pub(super) fn extend(
     stage.reach(PARTS_SHARE)?;
     fit = split.without_needless_blur(context, fit);
     fit = context.refine_strictly(fit);
-    let too_many = PARTS
-        .iter()
-        .filter(|part| !part.is_determined_by(context.tiles.len()));
+    let too_many = further_parts().filter(|part| !part.is_determined_by(context.tiles.len()));
     let held_back = too_many.map(|part| {
         format!(
             "{}: not tried, because the {} parameters need {} tiles, over the whole field, and there are {}",
@@ -100,13 +99,18 @@ pub(super) fn extend(
     })
 }
 
+/// Returns the parts that are tried after fifth-order aberrations.
+fn further_parts() -> impl Iterator<Item = Part> {
+    parts::all().filter(|part| part.effect.id() != effects::HigherOrder.id())
+}
+
 fn with_higher_order(context: &FitContext, fit: FittedLens) -> FittedLens {
     let mut structure = fit.layout.structure.clone();
     // Third-order terms no longer absorb fifth-order ones, so their degrees in vergence are selected again.
     for freedom in &mut structure.polynomials {
         freedom.degree = freedom.least_degree;
     }
-    let layout = context.layout(HIGHER_ORDER.added_to(&structure));
+    let layout = context.layout(Part::of(&effects::HigherOrder).added_to(&structure));
     let theta = layout.transfer(&fit.layout, &fit.theta);
     context.refine_between(&layout, theta, fit.metric)
 }
@@ -131,7 +135,7 @@ fn mean_log(misfits: &[f64]) -> f64 {
 
 /// A lens with one more part, fitted to few tiles.
 struct Tried {
-    last: &'static Part,
+    last: Part,
     layout: ParameterLayout,
     theta: Vec<f64>,
     /// Mean log misfit of held-out zones.
@@ -191,7 +195,7 @@ impl<'a> Split<'a> {
 
     /// Fits `fit` with `part` from the best of its starts; `None` where none lowers the misfit, and where the tiles are too
     /// few for its parameters.
-    fn trial(&self, context: &FitContext, fit: &FittedLens, part: &'static Part) -> Option<Tried> {
+    fn trial(&self, context: &FitContext, fit: &FittedLens, part: Part) -> Option<Tried> {
         if !part.is_determined_by(context.tiles.len()) {
             return None;
         }
@@ -210,7 +214,7 @@ impl<'a> Split<'a> {
             }
             theta
         };
-        let starts: Vec<Vec<f64>> = (part.starts)().iter().map(begin).collect();
+        let starts: Vec<Vec<f64>> = (part.fit.starts)().iter().map(begin).collect();
         let start = if starts.len() > MAX_STARTS {
             // Where none lowers the misfit before it is fitted, the part is not there. Narrow PSFs do not show stops.
             let wide = self.fitted.iter().filter(|tile| !tile.centroid_unknown);
@@ -258,22 +262,22 @@ impl<'a> Split<'a> {
             done += ROUND_SHARE * (1.0 - done);
             stage.part(from, done)
         };
-        let mut open: Vec<&'static Part> = PARTS.to_vec();
+        let mut open: Vec<Part> = further_parts().collect();
         while let Some(tried) = self.best(context, &fit, &mut open, next())? {
             let last = tried.last;
             let extended = context.refine_between(&tried.layout, tried.theta, fit.metric);
             let gain = all_misfit(context, &fit) - all_misfit(context, &extended);
-            if gain < MIN_GAIN.min(last.worth) {
+            if gain < MIN_GAIN.min(last.fit.worth) {
                 // The gain was one of the few tiles alone.
                 open.retain(|part| part.effect.id() != last.effect.id());
                 continue;
             }
             if gain > LARGE_GAIN {
                 // The part may have hidden what others describe.
-                open = PARTS.to_vec();
+                open = further_parts().collect();
             }
             fit = extended;
-            if !last.shared {
+            if !last.fit.shared {
                 let laws = &vergence_law::EXTENDED_LAWS;
                 fit = vergence_law::choose(context, fit, laws, Refit::Short, next())?;
             }
@@ -312,7 +316,8 @@ impl<'a> Split<'a> {
         fit: &FittedLens,
         estimates: &[Vec<f64>],
     ) -> Option<Tried> {
-        let round = self.trial(context, fit, &HIGHER_ORDER)?;
+        let round = self.trial(context, fit, Part::of(&effects::HigherOrder))?;
+        let planes = Part::of(&effects::DoublePlane);
         let reduced = context.reduced_layout();
         let starts = estimates.iter().map(|theta| FittedLens {
             layout: reduced.clone(),
@@ -324,7 +329,7 @@ impl<'a> Split<'a> {
         let mut screened: Vec<(f64, FittedLens)> = starts
             .chain([fit.clone()])
             .map(|start| {
-                let layout = context.layout(DOUBLE_PLANE.added_to(&start.layout.structure));
+                let layout = context.layout(planes.added_to(&start.layout.structure));
                 let theta = layout.transfer(&start.layout, &start.theta);
                 let found = context.descend(&layout, &few, &theta, settings, QUICK);
                 (found.point.mean_log_misfit(), start)
@@ -332,7 +337,7 @@ impl<'a> Split<'a> {
             .collect();
         screened.sort_by(|a, b| a.0.total_cmp(&b.0));
         let tried = (screened.iter().take(MAX_SCREENED))
-            .filter_map(|(_, start)| self.trial(context, start, &DOUBLE_PLANE));
+            .filter_map(|(_, start)| self.trial(context, start, planes));
         let best = tried.min_by(|a, b| a.missed.total_cmp(&b.missed))?;
         (best.missed < round.missed - PLAIN_GAIN).then_some(best)
     }
@@ -343,7 +348,7 @@ impl<'a> Split<'a> {
         &self,
         context: &FitContext,
         fit: &FittedLens,
-        open: &mut Vec<&'static Part>,
+        open: &mut Vec<Part>,
         stage: Stage,
     ) -> Result<Option<Tried>> {
         // Fitted like the parts, without the held-out zones.
@@ -364,7 +369,7 @@ impl<'a> Split<'a> {
             if tried.missed <= before + SPOILT {
                 open.push(part);
             }
-            if tried.missed < before - part.worth {
+            if tried.missed < before - part.fit.worth {
                 worthy.push(tried);
             }
         }

@@ -251,7 +251,7 @@ fn check_squeeze(sets: &[ObservationSet], lens: &LensProfile) -> Result<()> {
 
 /// Returns the plain name of an effect with its identifier.
 fn named(id: &str) -> String {
-    cause_words(id).map_or_else(|| id.to_owned(), |words| format!("{} ({id})", words.title))
+    format!("{} ({id})", cause_words(id).title)
 }
 
 /// Returns the identifiers of the effects of `lens`.

@@ -142,37 +142,49 @@ pub(super) fn blurs(mixture: &Mixture, samples: &[Sample]) -> Vec<OwnBlur> {
     own
 }
 
+/// Densities of the residual of an edge if its error is of one scale, and the scene there sharp or soft.
+struct EdgeLikelihood {
+    sharp: f64,
+    soft: f64,
+    /// The scene's blur if it is soft.
+    blur: Exponential,
+    /// Inverse variance of the error.
+    weight: f64,
+}
+
 /// Fills `own` with the posterior of the scene's blur of every edge. Returns the log-likelihood.
 fn own_blurs(mixture: &Mixture, samples: &[Sample], own: &mut Vec<OwnBlur>) -> f64 {
     own.clear();
     let mut total = 0.0;
     for sample in samples {
         let residual = sample.value - sample.lens(&mixture.s);
-        let mut parts = [(0.0, 0.0, 0.0, 0.0); 4];
-        let kinds = [(1.0 - OUTLIERS, 1.0), (OUTLIERS, OUTLIER_SCALE)];
-        for (k, (share, scale)) in kinds.into_iter().enumerate() {
+        let likelihood = |share: f64, scale: f64| {
             let sigma = sample.sigma * mixture.noise_scale * scale;
-            let weight = sigma.powi(-2);
             let z = residual / sigma;
             let normal = (-z * z / 2.0).exp() / (sigma * ROOT_TAU);
-            parts[2 * k] = (share * mixture.sharp_share * normal, 0.0, 0.0, weight);
-            let soft = exponential(residual, sigma, mixture.mean_px2);
-            let density = share * (1.0 - mixture.sharp_share) * soft.density;
-            parts[2 * k + 1] = (density, soft.mean, soft.variance, weight);
-        }
-        let density: f64 = parts.iter().map(|p| p.0).sum::<f64>().max(1e-300);
+            let blur = exponential(residual, sigma, mixture.mean_px2);
+            EdgeLikelihood {
+                sharp: share * mixture.sharp_share * normal,
+                soft: share * (1.0 - mixture.sharp_share) * blur.density,
+                blur,
+                weight: sigma.powi(-2),
+            }
+        };
+        let regular = likelihood(1.0 - OUTLIERS, 1.0);
+        let outlier = likelihood(OUTLIERS, OUTLIER_SCALE);
+        let density = regular.sharp + regular.soft + outlier.sharp + outlier.soft;
+        let density = density.max(1e-300);
         total += density.ln();
-        let share = |k: usize| parts[k].0 / density;
-        let sharp = share(0) + share(2);
-        let mean = share(1) * parts[1].1 + share(3) * parts[3].1;
-        let square = share(1) * (parts[1].1.powi(2) + parts[1].2)
-            + share(3) * (parts[3].1.powi(2) + parts[3].2);
-        let regular = share(0) + share(1);
+        // Moments of the blur, in which a sharp scene counts as zero.
+        let (soft, soft_outlier) = (regular.soft / density, outlier.soft / density);
+        let mean = soft * regular.blur.mean + soft_outlier * outlier.blur.mean;
+        let square = soft * regular.blur.mean_square() + soft_outlier * outlier.blur.mean_square();
+        let is_regular = regular.sharp / density + soft;
         own.push(OwnBlur {
-            sharp,
+            sharp: regular.sharp / density + outlier.sharp / density,
             mean,
             spread: (square - mean * mean).max(0.0),
-            weight: regular * parts[0].3 + (1.0 - regular) * parts[2].3,
+            weight: is_regular * regular.weight + (1.0 - is_regular) * outlier.weight,
         });
     }
     total
@@ -186,6 +198,12 @@ struct Exponential {
     /// Expected blur and its variance given the sum.
     mean: f64,
     variance: f64,
+}
+
+impl Exponential {
+    fn mean_square(&self) -> f64 {
+        self.mean.powi(2) + self.variance
+    }
 }
 
 /// Returns the density of error plus blur at `residual`, and the posterior of the blur: a normal distribution cut at zero.

@@ -2,7 +2,8 @@
 
 use super::Look;
 use crate::effects::{
-    self, Anamorphic, AperturePolygon, DefocusOffset, Effect, Obstruction, Vignetting,
+    self, Anamorphic, AperturePolygon, AxialColour, DefocusOffset, Effect, LateralColour,
+    Obstruction, Vignetting,
 };
 use crate::error::{Error, Result};
 use crate::lens::VergenceSeries;
@@ -61,7 +62,7 @@ impl Change<'_> {
         scale(&mut channel.alpha, mean_alpha, axial);
         scale(&mut channel.magnification, &middle.magnification, lateral);
         scale(&mut channel.distortion, &middle.distortion, lateral);
-        for (id, factor) in [("axial_colour", axial), ("lateral_colour", lateral)] {
+        for (id, factor) in [(AxialColour.id(), axial), (LateralColour.id(), lateral)] {
             if factor != 1.0 {
                 for carried in carried(channel, id) {
                     carried

@@ -1,37 +1,30 @@
 //! A picture of an aperture as an effect of a channel.
 
-use crate::effects::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
-use crate::lens::{AperturePicture, LocalPupil, PictureMask, VergenceSeries};
+use crate::effects::{Description, Effect, Parameter, ScenePoint, Scope, SearchStart, Symmetry};
+use crate::lens::{AperturePicture, LocalPupil, PictureMask};
 
 /// Identifier of the effect. Profiles in files do not have it: they hold no picture.
 pub(super) const ID: &str = "aperture_picture";
 
-static PARAMETERS: [Parameter; 1] = [Parameter {
-    name: "turn",
-    unit: "1",
-    meaning: "1 as the picture is, -1 turned by 180 degrees",
-    neutral: 1.0,
-    least: -1.0,
-    most: 1.0,
-    step: 1.0,
-    scope: crate::effects::Scope::Channel,
-}];
+const PARAMETERS: [Parameter; 1] =
+    [
+        Parameter::new("turn", "1", "1 as the picture is, -1 turned by 180 degrees")
+            .neutral_at(1.0)
+            .within(-1.0, 1.0)
+            .step(1.0)
+            .scope(Scope::Channel),
+    ];
 
 impl Effect for AperturePicture {
-    fn id(&self) -> &'static str {
-        ID
-    }
-
-    fn summary(&self) -> &'static str {
-        "the aperture has a shape of its own: discs show it"
-    }
-
-    fn is_cause(&self) -> bool {
-        false
-    }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
+    fn description(&self) -> &'static Description {
+        &Description {
+            id: ID,
+            summary: "the aperture has a shape of its own: discs show it",
+            parameters: &PARAMETERS,
+            symmetry: Symmetry::None,
+            is_cause: false,
+            ..Description::DEFAULT
+        }
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
@@ -46,10 +39,5 @@ impl Effect for AperturePicture {
 
     fn starts(&self) -> Vec<SearchStart> {
         vec![SearchStart::new(&[1.0], &[false])]
-    }
-
-    // The aperture closes with the pupil.
-    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
-        values.to_vec()
     }
 }

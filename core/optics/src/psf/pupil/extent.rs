@@ -1,7 +1,7 @@
 //! The extent of the rays of a pupil, and the mesh resolution and kernel size that follow from it.
 
-use super::{Detail, wave};
-use crate::lens::{LocalPupil, PINHOLE_RADIUS};
+use super::Detail;
+use crate::lens::{LocalPupil, PINHOLE_RADIUS, Shadow};
 use crate::psf::KernelBounds;
 
 /// Rings per square root of the radius of the extent (px): keeps the polygon of the rim within a fiftieth of a pixel.
@@ -77,7 +77,7 @@ impl Extent {
         // Rays between those traced, the blur, and the pixel of the outermost ray.
         let margin =
             (pupil.blur_variances_px2()).map(|v| 0.04 * self.radius() + 5.0 * v.sqrt() + 0.5);
-        let half_width = wave::half_width(pupil);
+        let half_width = half_width(pupil);
         let [across, down] = [0, 1].map(|axis| {
             let waves = half_width.map_or(0.0, |half_width| {
                 let unit = pupil.wave_px * pupil.squeeze[axis].abs() / half_width;
@@ -135,4 +135,22 @@ impl Extent {
             1
         }
     }
+}
+
+/// Returns the smallest half width of the pupil in pupil radii, at least 0.1; `None` if it is drawn by rays.
+///
+/// An almost closed pupil is drawn by rays as well: the diffraction of a pinhole would have no bounds.
+pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
+    let diffracts = pupil.diffracts();
+    let depth = if diffracts {
+        pupil.inscribed_circle().1
+    } else {
+        0.0
+    };
+    // A ring diffracts by its length of edge over its area, as a circle of its width does.
+    let width = match pupil.shadow() {
+        Some(Shadow::Ring(disc)) if diffracts => depth - disc.radius,
+        _ => depth,
+    };
+    (depth > PINHOLE_RADIUS).then_some(width.max(0.1))
 }

@@ -26,22 +26,26 @@ impl Moffat {
         }
     }
 
-    /// Returns the mean density over a rectangle with these sides (x, y) about (`x`, `y`), to second order.
+    /// Returns the mean density over a rectangle with these sides (x, y) about (`x`, `y`). Lengths along x are divided by the
+    /// stretch.
     ///
-    /// Lengths along x are divided by the stretch.
+    /// The mean of the Taylor series of f to second order is f + (across² f_xx + down² f_yy) / 24. For
+    /// f = peak (1 + r)^-b with r = (x² + y²) / R², f_xx = f 2 b / R² (2 (b + 1) x² / R² - (1 + r)) / (1 + r)².
     fn mean(&self, x: f64, y: f64, [across, down]: [f64; 2]) -> f64 {
         let b = self.steepness;
         let r = (x * x + y * y) / self.radius2;
         let density = self.peak * (-b * r.ln_1p()).exp();
         if self.stretch_x == 1.0 {
-            let bend = 4.0 * b / self.radius2 * (b * r - 1.0) / (1.0 + r).powi(2);
-            return density * (1.0 + down * down / 24.0 * bend);
+            // The sides are equal: only the sum f_xx + f_yy matters.
+            let laplacian = 4.0 * b / self.radius2 * (b * r - 1.0) / (1.0 + r).powi(2);
+            return density * (1.0 + down * down / 24.0 * laplacian);
         }
-        let bend = |at: f64| {
+        let second_derivative = |at: f64| {
             let along = 2.0 * (b + 1.0) * at * at / self.radius2;
             2.0 * b / self.radius2 * (along - (1.0 + r)) / (1.0 + r).powi(2)
         };
-        density * (1.0 + (across * across * bend(x) + down * down * bend(y)) / 24.0)
+        let terms = across * across * second_derivative(x) + down * down * second_derivative(y);
+        density * (1.0 + terms / 24.0)
     }
 
     /// Returns the light of the pixels from 0 up to `columns` and `rows` px away, row-major.

@@ -18,20 +18,22 @@ mod mesh;
 mod optical_psf;
 mod polygon;
 mod rasterise;
+mod spectrum;
 #[cfg(test)]
 mod tests;
 mod wave;
+mod workspace;
 
 use crate::lens::{LocalPupil, MAX_STOPS, Stop, Transmission, Wavefront};
-use crate::psf::rows::KernelGrid;
+use crate::psf::kernel::KernelGrid;
 use crate::psf::{KernelBounds, KernelRows, LocalBlur, PsfModel, SampleGrid};
 use extent::Extent;
-use fourier::Fourier;
 use gaussian_blur::GaussianBlur;
-use mesh::{Mesh, Ring};
+use mesh::Mesh;
 pub use optical_psf::OpticalPsf;
 use polygon::Scratch;
-use rasterise::{Canvas, Deposit, Filter};
+use rasterise::{Deposit, Filter};
+pub use workspace::{PsfImage, Workspace};
 
 /// The PSF model that draws [`LocalBlur::pupil`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -102,33 +104,6 @@ impl Detail {
 const SHARING_TOLERANCE_PX: f64 = 0.1;
 /// Rays on the rim of the pupil, where they differ most, that [`Pupil`] compares for kernel sharing.
 const RIM_POINTS: usize = 8;
-
-/// Reusable buffers of [`draw`].
-#[derive(Debug, Default)]
-pub struct Workspace {
-    inner: Ring,
-    outer: Ring,
-    canvas: Canvas,
-    fourier: Fourier,
-}
-
-/// A PSF drawn by [`draw`] and its derivatives, row-major.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct PsfImage {
-    /// Share of the light in each pixel.
-    pub light: Vec<f64>,
-    /// Derivatives of `light`, [`PsfImage::stride`] values a pixel: one for each parameter, then padding.
-    pub derivatives: Vec<f64>,
-    /// Derivative of `light` by the variance of the symmetric blur, per px².
-    pub blur_derivative: Vec<f64>,
-}
-
-impl PsfImage {
-    /// Returns the number of values a pixel in [`PsfImage::derivatives`] for that many `derivatives`.
-    pub fn stride(derivatives: usize) -> usize {
-        mesh::packs(derivatives) * mesh::LANES
-    }
-}
 
 /// The pixels of a tile, placed relative to the chief ray.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,8 +11,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::extent::Extent;
 use super::fourier::{C, Fourier, transpose};
-use super::optical_psf::{Spectrum, View, signed, sinc};
-use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, Shadow, Stop, powers};
+use super::spectrum::{Spectrum, View, signed, sinc};
+use crate::lens::{DEGREE, LocalPupil, Shadow, Stop, powers};
 use seidel_fourier::fast_length;
 
 /// Smallest distance between the rays and the next period of the tile, in q over the smallest half width of the pupil.
@@ -97,27 +97,9 @@ impl Axis {
     }
 }
 
-/// Returns the smallest half width of the pupil in pupil radii, at least 0.1; `None` if it is drawn by rays.
-///
-/// An almost closed pupil is drawn by rays as well: the diffraction of a pinhole would have no bounds.
-pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
-    let diffracts = pupil.diffracts();
-    let depth = if diffracts {
-        pupil.inscribed_circle().1
-    } else {
-        0.0
-    };
-    // A ring diffracts by its length of edge over its area, as a circle of its width does.
-    let width = match pupil.shadow() {
-        Some(Shadow::Ring(disc)) if diffracts => depth - disc.radius,
-        _ => depth,
-    };
-    (depth > PINHOLE_RADIUS).then_some(width.max(0.1))
-}
-
 /// Returns the spectrum of the diffraction PSF, including pixels and symmetric blur.
 ///
-/// `half_width` is that returned by [`half_width`].
+/// `half_width` is that returned by [`half_width`](super::extent::half_width).
 pub(super) fn spectrum(
     pupil: &LocalPupil,
     half_width: f64,

@@ -24,7 +24,7 @@ pub(super) use light_cut::LightCut;
 pub(super) use signed_blur::SignedBlur;
 
 use super::depth_layers::DepthLayers;
-use super::disocclusion::LayeredPlate;
+use super::layered_plate::LayeredPlate;
 use super::mixed_pixels::MixedPixels;
 use crate::gather::{HighlightBlock, HighlightCriterion, find_highlights};
 use crate::{Plane, cancelled};

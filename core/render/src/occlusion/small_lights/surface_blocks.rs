@@ -1,6 +1,6 @@
 //! The range of depth in each block of a plate.
 
-use super::super::disocclusion::LayeredPlate;
+use super::super::layered_plate::LayeredPlate;
 use rayon::prelude::*;
 
 /// Side of the blocks whose range of depth is known, px.

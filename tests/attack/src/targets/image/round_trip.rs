@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use seidel_image_io::description::Description;
-use seidel_image_io::format::Format;
 use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::samples::SampleFormat;
 
 use crate::case::Case;
 use crate::finding::Kind;
@@ -29,9 +29,9 @@ pub(crate) fn check_round_trip(case: &mut Case, plate: &Plate, out: &Path, optio
             return;
         }
     };
-    let tolerance = match plate.format() {
+    let tolerance = match plate.sample_format_in(plate.format()) {
         // Pixels whose samples are all smaller are stored as black, as documented.
-        Format::Hdr => f32::MIN_POSITIVE,
+        SampleFormat::Rgbe => f32::MIN_POSITIVE,
         _ => 0.0,
     };
     let (before, after) = (plate.colour(), back.colour());

@@ -1,0 +1,256 @@
+//! Reading and writing whole OpenEXR files.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::path::Path;
+
+use exr::block::chunk::Chunk;
+use exr::block::reader::{ChunksReader, Reader};
+use exr::block::{self, UncompressedBlock};
+use exr::image::read::image::{LayersReader, ReadLayers};
+use exr::image::read::layers::ReadChannels;
+use exr::image::write::WritableImage;
+use exr::image::{AnyChannels, AnyImage, FlatSamples, Image, Layers, Levels};
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::ImageAttributes;
+use rayon::prelude::*;
+
+use super::dwa;
+use super::header::correct_headers;
+use super::placeholders::insert_max_samples;
+use crate::atomic::write_atomically;
+use crate::error::{FileError, Result};
+use crate::guard::catch_panic;
+use crate::input::InputFile;
+
+/// Number of chunks that are decompressed in parallel. More would hold more compressed chunks in memory.
+const BATCH: usize = 64;
+
+/// Reads all parts, channels, resolution levels and attributes of a flat EXR file.
+///
+/// # Errors
+/// A file that is damaged, truncated, deep, subsampled or compressed by an unsupported method, or whose header claims
+/// more pixels than the file can hold.
+pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
+    let refuse = |error: exr::error::Error| refusal(input, &error);
+    let reader = block::read(BufReader::new(&input.file), false).map_err(refuse)?;
+    let meta = reader.meta_data().clone();
+    check_headers(input, &meta)?;
+
+    let layer_data = read_layers(input, reader, &meta)?;
+    let mut image = Image {
+        attributes: merged_attributes(&meta.headers),
+        layer_data,
+    };
+    for (layer, header) in image.layer_data.iter_mut().zip(&meta.headers) {
+        // The library forgets it in flat parts.
+        if let Some(Ok(count)) = header.max_samples_per_pixel.map(i32::try_from) {
+            insert_max_samples(&mut layer.attributes, count);
+        }
+    }
+    Ok(image)
+}
+
+/// Reads the pixels of all parts.
+fn read_layers(
+    input: &InputFile,
+    reader: Reader<BufReader<&File>>,
+    meta: &MetaData,
+) -> Result<Layers<AnyChannels<Levels<FlatSamples>>>> {
+    let refuse = |error: exr::error::Error| refusal(input, &error);
+    let wanted = exr::image::read::read()
+        .no_deep_data()
+        .all_resolution_levels()
+        .all_channels()
+        .all_layers();
+    let mut layers = wanted.create_layers_reader(&meta.headers).map_err(refuse)?;
+    let mut chunks = reader
+        .filter_chunks(false, |meta, tile, block| {
+            layers.filter_block(meta, tile, block)
+        })
+        .map_err(refuse)?;
+    let expected = chunks.expected_chunk_count();
+    let mut found = HashSet::new();
+    loop {
+        let batch: Vec<Chunk> = chunks
+            .by_ref()
+            .take(BATCH)
+            .collect::<exr::error::Result<_>>()
+            .map_err(refuse)?;
+        if batch.is_empty() {
+            break;
+        }
+        // Not by the library's own thread pool, in which a panic would end the process.
+        let blocks: Vec<UncompressedBlock> = batch
+            .into_par_iter()
+            .map(|chunk| decompress(input, chunk, meta))
+            .collect::<Result<_>>()?;
+        for block in blocks {
+            found.insert((
+                block.index.layer,
+                block.index.level,
+                block.index.pixel_position,
+            ));
+            layers.read_block(&meta.headers, block).map_err(refuse)?;
+        }
+    }
+    if found.len() != expected {
+        let missing = expected - found.len();
+        return Err(input.damaged(&format!("{missing} of {expected} blocks are missing")));
+    }
+    Ok(layers.into_layers())
+}
+
+/// Returns the attributes that all parts share. The format stores them once for the whole file, but some writers put
+/// them on a later part only.
+fn merged_attributes(headers: &[Header]) -> ImageAttributes {
+    let mut attributes = headers[0].shared_attributes.clone();
+    for Header {
+        shared_attributes, ..
+    } in &headers[1..]
+    {
+        attributes.time_code = attributes.time_code.or(shared_attributes.time_code);
+        attributes.chromaticities =
+            (attributes.chromaticities).or(shared_attributes.chromaticities);
+        for (name, value) in &shared_attributes.other {
+            let own = attributes.other.entry(name.clone());
+            own.or_insert_with(|| value.clone());
+        }
+    }
+    attributes
+}
+
+fn decompress(input: &InputFile, chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
+    if let Some(header) = meta.headers.get(chunk.layer_index) {
+        dwa::check_chunk(header, &chunk.compressed_block).map_err(|why| input.damaged(&why))?;
+    }
+    match catch_panic(|| UncompressedBlock::decompress_chunk(chunk, meta, false)) {
+        Ok(result) => result.map_err(|error| refusal(input, &error)),
+        Err(panic) => Err(input.damaged(&panic)),
+    }
+}
+
+/// Refuses headers that the library would read wrongly, and sizes that would exhaust the memory.
+fn check_headers(input: &InputFile, meta: &MetaData) -> Result<()> {
+    let mut bytes = 0_u128;
+    for header in &meta.headers {
+        // The flags of the file count too: a part that lost its type would be read as flat.
+        if header.deep || meta.requirements.has_deep_data {
+            return Err(deep(input));
+        }
+        check_attributes(input, header)?;
+        for channel in &header.channels.list {
+            if (channel.sampling.x(), channel.sampling.y()) != (1, 1) {
+                return Err(FileError::new(
+                    input.path,
+                    format!("channel {}", channel.name),
+                    format!(
+                        "is subsampled {}x{}",
+                        channel.sampling.x(),
+                        channel.sampling.y()
+                    ),
+                    "convert the file to full-resolution R, G, B channels first",
+                ));
+            }
+        }
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        // Bytes are checked for all parts together below.
+        input.check_size("dataWindow", width, height, 0)?;
+        bytes += pixel_bytes(header);
+    }
+    input.check_bytes("dataWindow", bytes)
+}
+
+/// Refuses attributes that no program could read once they are written again.
+fn check_attributes(input: &InputFile, header: &Header) -> Result<()> {
+    let own = header.own_attributes.other.iter();
+    for (name, value) in own.chain(&header.shared_attributes.other) {
+        let is_text = |text: &Text| !text.bytes().is_empty() && !text.bytes().contains(&0);
+        let has_type = match value {
+            AttributeValue::Custom { kind, .. } => is_text(kind),
+            _ => true,
+        };
+        if !(is_text(name) && has_type) {
+            return Err(input.damaged(&format!("attribute `{name}` has no name or type")));
+        }
+    }
+    Ok(())
+}
+
+/// Returns an upper bound of the memory that the pixels of a part take, bytes.
+fn pixel_bytes(header: &Header) -> u128 {
+    use exr::meta::attribute::LevelMode;
+    let sample_bytes: u128 = header
+        .channels
+        .list
+        .iter()
+        .map(|c| c.sample_type.bytes_per_sample() as u128)
+        .sum();
+    let levels = match header.blocks {
+        BlockDescription::ScanLines => 1,
+        BlockDescription::Tiles(tiles) => match tiles.level_mode {
+            LevelMode::Singular => 1,
+            LevelMode::MipMap => 2,
+            LevelMode::RipMap => 4,
+        },
+    };
+    header.layer_size.width() as u128 * header.layer_size.height() as u128 * sample_bytes * levels
+}
+
+fn deep(input: &InputFile) -> FileError {
+    FileError::new(
+        input.path,
+        "",
+        "holds deep pixels, which are not supported",
+        "flatten it first, with a depth channel Z if the blur shall follow the depth",
+    )
+}
+
+fn refusal(input: &InputFile, error: &exr::error::Error) -> FileError {
+    use exr::error::Error;
+    match error {
+        Error::NotSupported(what) if what.contains("deep") => deep(input),
+        Error::NotSupported(what) => {
+            input.unsupported(what, "save it as a flat EXR with ZIP compression first")
+        }
+        Error::Io(error) => FileError::io(input.path, "be read", error),
+        Error::Invalid(what) => input.damaged(what),
+        Error::Aborted => input.damaged("reading was stopped"),
+    }
+}
+
+/// Threads that compress an EXR file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Compressing {
+    /// One for each core.
+    Parallel,
+    /// The calling thread, which is faster for small files.
+    Serial,
+}
+
+/// Writes an EXR image, whole or not at all.
+///
+/// # Errors
+/// A target that cannot be written, and attributes that the format does not allow.
+pub(crate) fn write_exr<'img, L>(
+    path: &Path,
+    image: &'img Image<L>,
+    compressing: Compressing,
+) -> Result<()>
+where
+    L: exr::image::write::layers::WritableLayers<'img> + Sync,
+{
+    write_atomically(path, |out| {
+        let options = image.write();
+        let options = match compressing {
+            Compressing::Parallel => options,
+            Compressing::Serial => options.non_parallel(),
+        };
+        catch_panic(|| options.to_buffered(&mut *out))?.map_err(|error| error.to_string())?;
+        let corrected = out.flush().and_then(|()| correct_headers(out.get_mut()));
+        corrected.map_err(|error| error.to_string())
+    })
+}

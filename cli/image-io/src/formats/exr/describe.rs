@@ -1,0 +1,176 @@
+//! Description of an OpenEXR file from its headers.
+
+use std::io::BufReader;
+
+use exr::meta::attribute::{AttributeValue, ChannelDescription, SampleType};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+
+use super::library_types::utf8;
+
+use crate::error::Result;
+use crate::input::InputFile;
+use crate::metadata::{TextAttributes, is_provenance, key_code_text, time_code_text};
+use crate::part::Part;
+
+/// Attributes that are described as storage.
+const STORAGE: [&str; 11] = [
+    "channels",
+    "compression",
+    "dataWindow",
+    "displayWindow",
+    "lineOrder",
+    "tiles",
+    "type",
+    "chunkCount",
+    "name",
+    "pixelAspectRatio",
+    "version",
+];
+
+/// Describes the parts of a file.
+///
+/// # Errors
+/// A damaged header.
+pub(super) fn describe(input: &InputFile) -> Result<Vec<Part>> {
+    let meta = MetaData::read_from_buffered(BufReader::new(&input.file), false)
+        .map_err(|error| input.damaged(&error.to_string()))?;
+    Ok(meta.headers.iter().map(describe_part).collect())
+}
+
+fn describe_part(header: &Header) -> Part {
+    let window =
+        |x: i32, y: i32, width: usize, height: usize| format!("{width} x {height} at ({x}, {y})");
+    let named = |name: &str, value: String| (name.to_owned(), value);
+    let own = &header.own_attributes;
+    let shared = &header.shared_attributes;
+    let display = shared.display_window;
+    let blocks = match header.blocks {
+        BlockDescription::ScanLines => "scan lines".to_owned(),
+        BlockDescription::Tiles(tiles) => format!(
+            "tiles of {} x {}, {:?} levels",
+            tiles.tile_size.width(),
+            tiles.tile_size.height(),
+            tiles.level_mode
+        ),
+    };
+    let mut storage = vec![
+        named(
+            "data window",
+            window(
+                own.layer_position.x(),
+                own.layer_position.y(),
+                header.layer_size.width(),
+                header.layer_size.height(),
+            ),
+        ),
+        named(
+            "display window",
+            window(
+                display.position.x(),
+                display.position.y(),
+                display.size.width(),
+                display.size.height(),
+            ),
+        ),
+        named("pixel aspect", shared.pixel_aspect.to_string()),
+        named("compression", header.compression.to_string()),
+        named("stored as", blocks),
+    ];
+    if header.deep {
+        storage.push(named(
+            "pixels",
+            "deep: flatten the file before using it here".to_owned(),
+        ));
+    }
+    let mut attributes = TextAttributes::new();
+    let mut provenance = TextAttributes::new();
+    for (name, value) in header.all_named_attributes() {
+        let name = String::from_utf8_lossy(name).into_owned();
+        if STORAGE.contains(&name.as_str()) {
+            continue;
+        }
+        let list = if is_provenance(&name) {
+            &mut provenance
+        } else {
+            &mut attributes
+        };
+        list.push((name, value_text(&value)));
+    }
+    attributes.sort();
+    provenance.sort();
+    let channel = |channel: &ChannelDescription| {
+        let kind = match channel.sample_type {
+            SampleType::F16 => "half",
+            SampleType::F32 => "float",
+            SampleType::U32 => "unsigned integer",
+        };
+        let (x, y) = (channel.sampling.x(), channel.sampling.y());
+        let sampled = if (x, y) == (1, 1) {
+            String::new()
+        } else {
+            format!(", every {x} x {y} pixels")
+        };
+        (channel.name.to_string(), format!("{kind}{sampled}"))
+    };
+    Part {
+        name: own.layer_name.as_ref().map(utf8),
+        size: (header.layer_size.width(), header.layer_size.height()),
+        channels: header.channels.list.iter().map(channel).collect(),
+        storage,
+        attributes,
+        provenance,
+    }
+}
+
+/// Length limit of a value that is no text, characters.
+const MAX_VALUE: usize = 200;
+
+fn value_text(value: &AttributeValue) -> String {
+    let list = |numbers: &[f32]| {
+        let words: Vec<String> = numbers.iter().map(f32::to_string).collect();
+        words.join(" ")
+    };
+    match value {
+        AttributeValue::Text(text) => utf8(text),
+        AttributeValue::TextVector(texts) => texts.iter().map(utf8).collect::<Vec<_>>().join(", "),
+        AttributeValue::I32(v) => v.to_string(),
+        AttributeValue::F32(v) => v.to_string(),
+        AttributeValue::F64(v) => v.to_string(),
+        AttributeValue::Rational((numerator, denominator)) => format!("{numerator}/{denominator}"),
+        AttributeValue::IntVec2(v) => format!("{} {}", v.x(), v.y()),
+        AttributeValue::FloatVec2(v) => list(&[v.x(), v.y()]),
+        AttributeValue::FloatVec3((x, y, z)) => list(&[*x, *y, *z]),
+        AttributeValue::Matrix3x3(m) => list(m),
+        AttributeValue::Matrix4x4(m) => list(m),
+        AttributeValue::Chromaticities(c) => {
+            let pairs = [
+                ("red", c.red),
+                ("green", c.green),
+                ("blue", c.blue),
+                ("white", c.white),
+            ];
+            let words = pairs.map(|(name, at)| format!("{name} {} {}", at.x(), at.y()));
+            words.join(", ")
+        }
+        AttributeValue::TimeCode(code) => time_code_text(code),
+        AttributeValue::KeyCode(code) => key_code_text(code),
+        AttributeValue::Preview(preview) => {
+            format!(
+                "{} x {} pixels",
+                preview.size.width(),
+                preview.size.height()
+            )
+        }
+        AttributeValue::Bytes { bytes, .. } => format!("{} bytes", bytes.len()),
+        AttributeValue::Custom { kind, bytes } => format!("{} bytes of type {kind}", bytes.len()),
+        other => {
+            let words = format!("{other:?}");
+            let end = words
+                .char_indices()
+                .nth(MAX_VALUE)
+                .map_or(words.len(), |(at, _)| at);
+            words[..end].to_owned()
+        }
+    }
+}

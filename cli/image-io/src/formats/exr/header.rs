@@ -1,0 +1,114 @@
+//! Corrections to the headers that the `exr` library writes.
+//!
+//! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. Placeholders get
+//! back the name and type of what they stand for.
+
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+
+use super::placeholders::restored;
+
+/// Offset of the first header, bytes: after magic number, version and flags.
+const FIRST_HEADER: u64 = 8;
+/// The flag of files with several parts.
+const MULTI_PART: u32 = 1 << 12;
+
+/// Corrects all headers of a file that was just written.
+///
+/// # Errors
+/// A file that cannot be read and written, or that ends within a header.
+pub(super) fn correct_headers(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+    file.seek(SeekFrom::Start(4))?;
+    let mut flags = [0; 4];
+    file.read_exact(&mut flags)?;
+    let is_multi_part = u32::from_le_bytes(flags) & MULTI_PART != 0;
+    let mut sorted = Vec::new();
+    let mut read = BufReader::new(&mut *file);
+    loop {
+        let mut attributes = Vec::new();
+        loop {
+            let (name, bytes) = read_attribute(&mut read)?;
+            if name.is_empty() {
+                break;
+            }
+            attributes.push((name, bytes));
+        }
+        let last = attributes.is_empty();
+        attributes.sort();
+        sorted.extend(attributes.into_iter().flat_map(|(_, bytes)| bytes));
+        sorted.push(0);
+        if last || !is_multi_part {
+            break;
+        }
+    }
+    drop(read);
+    file.seek(SeekFrom::Start(FIRST_HEADER))?;
+    file.write_all(&sorted)?;
+    file.seek(SeekFrom::End(0))?;
+    Ok(())
+}
+
+/// Reads an attribute. Returns its name and all of its bytes; an empty name at the end of a header.
+fn read_attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
+    let name = read_text(read)?;
+    if name.is_empty() {
+        return Ok((name, vec![0]));
+    }
+    let kind = read_text(read)?;
+    let mut size = [0; 4];
+    read.read_exact(&mut size)?;
+    let length = u64::from(u32::from_le_bytes(size));
+    let mut value = Vec::new();
+    if read.take(length).read_to_end(&mut value)? as u64 != length {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    let (name, kind) = restored(&name, &kind);
+    let bytes = [name, &[0], kind, &[0], &size, &value].concat();
+    Ok((name.to_vec(), bytes))
+}
+
+/// Reads the bytes up to a zero, without it.
+fn read_text(read: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut text = Vec::new();
+    loop {
+        let mut byte = [0];
+        read.read_exact(&mut byte)?;
+        if byte[0] == 0 {
+            return Ok(text);
+        }
+        text.push(byte[0]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn attribute(name: &str, value: &[u8]) -> Vec<u8> {
+        let size = (value.len() as u32).to_le_bytes();
+        [name.as_bytes(), b"\0string\0", &size, value].concat()
+    }
+
+    fn sorted(file: Vec<u8>) -> io::Result<Vec<u8>> {
+        let mut file = Cursor::new(file);
+        correct_headers(&mut file)?;
+        Ok(file.into_inner())
+    }
+
+    #[test]
+    fn attributes_of_every_part_are_sorted_and_pixels_are_unchanged() {
+        let (a, b, c) = (
+            attribute("a", b"1\0"),
+            attribute("b", b""),
+            attribute("c", b"33"),
+        );
+        let start = |flags: u32| [&[0x76, 0x2f, 0x31, 1][..], &(2 | flags).to_le_bytes()].concat();
+        let one = [&start(0)[..], &c, &a, &b, &[0], b"pixels"].concat();
+        let wanted = [&start(0)[..], &a, &b, &c, &[0], b"pixels"].concat();
+        assert_eq!(sorted(one).expect("sound"), wanted);
+        let many = [&start(MULTI_PART)[..], &b, &a, &[0], &c, &a, &[0, 0], b"p"].concat();
+        let wanted = [&start(MULTI_PART)[..], &a, &b, &[0], &a, &c, &[0, 0], b"p"].concat();
+        assert_eq!(sorted(many).expect("sound"), wanted);
+        assert!(sorted([&start(0)[..], &a].concat()).is_err());
+    }
+}

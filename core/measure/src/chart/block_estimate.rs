@@ -1,0 +1,16 @@
+//! The estimate of the kernel of a block.
+
+/// The estimate of a block.
+#[derive(Debug, Clone)]
+pub(crate) struct BlockEstimate {
+    /// Light of unit sum on the offsets of a tile, row by row; the pixel's own area not included.
+    pub(crate) kernel: Vec<f64>,
+    /// Mean squared residual over the noise variance.
+    pub(crate) chi_square: f64,
+    /// Standard deviation of a sample of the kernel.
+    pub(crate) sigma: f64,
+    /// Light where the chart is 1, counts.
+    pub(crate) white: f64,
+    /// Root mean square difference of the chart between neighbouring pixels.
+    pub(crate) detail: f64,
+}
