@@ -1,6 +1,7 @@
 //! The check of a lens against a plate: the strength of the blur that the plate shows, as a share of the lens's.
 //!
-//! Sharp images have sparse gradients. Blur that is left spreads them out, and so does the ringing of too much removal. The
+//! The spectra of tiles come first (`spectrum_check`). Where they decide nothing, as for kernels without zeros, the sharpness of
+//! results does: sharp images have sparse gradients. Blur that is left spreads them out, and so does the ringing of too much removal. The
 //! share of the plate is the q that minimises
 //!
 //! ```text
@@ -13,11 +14,12 @@
 use super::admm::Refinement;
 use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
+use super::detailed_tiles::detailed_tiles;
 use super::gradient::{LinkedPlane, norms, sampled_norms, white_noise_power};
+use super::spectrum_check::share_by_spectra;
 use super::winsorised::WinsorisedStatistics;
 use super::{Deconvolver, Lights, SharpPlane};
-use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass, kernel_reach};
-use rayon::prelude::*;
+use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass};
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 
@@ -70,19 +72,10 @@ pub fn estimate_blur_share(
 ) -> Result<f64> {
     let all: Vec<Plane> = planes.iter().map(|(_, plane)| *plane).collect();
     scene.check(&all)?;
-    if let VergencePass::PerPixel(_) = scene.vergence {
-        // Seven iterations are too few to solve for hidden surfaces, and what is left of them decides the score.
-        return Ok(1.0);
-    }
     let planes: Vec<_> = (planes.iter())
         .filter(|(_, plane)| !is_uniform(plane.samples))
         .copied()
         .collect();
-    let tiles = if scene.width.min(scene.height) < MIN_PLATE_SIDE {
-        Vec::new()
-    } else {
-        chosen_tiles(scene, &planes)
-    };
     // All planes show one scene through one lens: that with the most detail says most.
     let detail = |plane: &Plane| {
         let image = LinkedPlane::plain(plane.samples, scene.width);
@@ -91,13 +84,23 @@ pub fn estimate_blur_share(
     let best = planes
         .iter()
         .max_by(|a, b| detail(&a.1).total_cmp(&detail(&b.1)));
-    let planes: Vec<_> = best.into_iter().copied().collect();
+    let Some((deconvolver, plane)) = best else {
+        return Ok(1.0);
+    };
+    if let Some(share) = share_by_spectra(scene, plane, progress)? {
+        return Ok(share);
+    }
+    if let VergencePass::PerPixel(_) = scene.vergence {
+        // Seven iterations are too few to solve for hidden surfaces, and what is left of them decides the score.
+        return Ok(1.0);
+    }
+    if scene.width.min(scene.height) < MIN_PLATE_SIDE {
+        return Ok(1.0);
+    }
+    let tiles = detailed_tiles(scene, &[*plane], SIDE, TILES);
     let (mut sums, mut count) = ([0.0; SHARES.len()], 0.0);
-    let total = (tiles.len() * planes.len()) as f64;
-    let pairs = tiles
-        .iter()
-        .flat_map(|tile| planes.iter().map(move |plane| (tile, plane)));
-    for (done, (tile, (deconvolver, plane))) in pairs.enumerate() {
+    let total = tiles.len() as f64;
+    for (done, tile) in tiles.iter().enumerate() {
         let trial = Trial {
             scene,
             deconvolver,
@@ -241,40 +244,6 @@ fn has_detail(samples: &[f32], width: usize, noise: f64) -> bool {
     let squares = gradients.iter().map(|v| f64::from(*v).powi(2));
     let mean_square = squares.sum::<f64>() / gradients.len().max(1) as f64;
     mean_square > (MIN_DETAIL * noise).powi(2) * white_noise_power()
-}
-
-/// Returns the tiles of a plate with the largest products of detail and kernel size.
-fn chosen_tiles(scene: &Scene, planes: &[(Deconvolver, Plane)]) -> Vec<RenderWindow> {
-    let starts = |size: usize| {
-        let count = size.div_ceil(SIDE).max(1);
-        let last = size.saturating_sub(SIDE);
-        (0..count).map(move |k| if count > 1 { last * k / (count - 1) } else { 0 })
-    };
-    let mut tiles: Vec<(f64, RenderWindow)> = starts(scene.height)
-        .flat_map(|row| starts(scene.width).map(move |column| (column, row)))
-        .map(|(column, row)| {
-            let tile = RenderWindow {
-                column,
-                row,
-                width: SIDE.min(scene.width),
-                height: SIDE.min(scene.height),
-            };
-            (0.0, tile)
-        })
-        .collect();
-    tiles.par_iter_mut().for_each(|(score, tile)| {
-        let detail = planes.iter().map(|(_, plane)| {
-            let samples = tile.cut(scene.width, plane.samples);
-            WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&samples, tile.width)))
-                .root_mean_square
-        });
-        let centre = (tile.row + tile.height / 2) * scene.width + tile.column + tile.width / 2;
-        let reach = kernel_reach(scene, *tile, scene.vergence_at(centre));
-        *score = detail.sum::<f64>() * reach.right_px.max(reach.up_px);
-    });
-    tiles.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = tiles.into_iter().take(TILES);
-    best.map(|(_, tile)| tile).collect()
 }
 
 #[cfg(test)]

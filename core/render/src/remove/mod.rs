@@ -29,6 +29,7 @@ mod colour_match;
 mod deconvolver;
 mod depth_layer;
 mod depth_split;
+mod detailed_tiles;
 mod gradient;
 mod hidden_surface;
 mod highlights;
@@ -53,12 +54,14 @@ mod quadratic;
 mod saturation;
 mod schedule;
 mod separation;
+mod spectrum_check;
 #[cfg(test)]
 mod test_scenes;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod tile_fft;
+mod tile_spectrum;
 mod transfer_functions;
 mod vectors;
 mod winsorised;

@@ -95,6 +95,7 @@ impl TileFft {
         buffers
             .scratch
             .resize(longest.max(buffers.scratch.len()), Complex::default());
+        buffers.line.resize(self.column_count(), Complex::default());
         self.inverse_columns
             .process_with_scratch(&mut buffers.spectrum, &mut buffers.scratch);
         let scale = 1.0 / (self.side * self.side) as f32;

@@ -1,0 +1,169 @@
+//! The share of a lens's blur that a plate shows, from the zeros and lobes of its power spectrum.
+
+use super::canvas::window_scene;
+use super::detailed_tiles::detailed_tiles;
+use super::tile_spectrum::TileFrequencies;
+use crate::{
+    AdjustedLens, LocalKernels, Plane, RenderWindow, Scene, VergencePass, cancelled, kernel_reach,
+};
+use rayon::prelude::*;
+use seidel_optics::Progress;
+use seidel_optics::error::Result;
+
+/// Shares that are tried on either side of 1, from 0.5 to 1.52 of the lens's blur in steps of 7 %.
+const SMALLER_SHARES: i32 = 10;
+const LARGER_SHARES: i32 = 6;
+const STEP: f64 = 1.072;
+/// Largest logarithm of a share that counts as the lens's own.
+const SAME: f64 = 0.11;
+/// Decrease of the mean deviance of a frequency from which another share than 1 is believed.
+const DOUBTED: f64 = 0.01;
+/// Increase of it over all other shares from which the lens itself is believed.
+const BELIEVED: f64 = 0.005;
+/// Least number of tiles that count in these means: a few may be unlike other pictures.
+const ENOUGH_TILES: f64 = 5.0;
+/// Least side of a tile, px, and least side in widths of its kernel.
+const MIN_SIDE: usize = 96;
+const SIDE_IN_KERNELS: f64 = 3.0;
+const MAX_SIDE: usize = 384;
+/// Largest number of tiles.
+const TILES: usize = 12;
+/// Largest difference of the kernel size within a tile, as a share of it.
+const MAX_CHANGE: f64 = 0.1;
+/// Share of a tile's samples that may be as bright as the brightest of the plate: more are clipped.
+const MAX_CLIPPED: f64 = 0.002;
+
+/// Returns the share of the blur of `scene`'s lens that best explains the spectra of `plane`, 1 if none explains them better, or `None`
+/// if they decide nothing: without detail, where the depth of every tile varies, and for kernels without zeros.
+///
+/// # Errors
+/// A lens that cannot be drawn, and cancellation by `progress`.
+pub(super) fn share_by_spectra(
+    scene: &Scene,
+    plane: &Plane,
+    progress: &Progress,
+) -> Result<Option<f64>> {
+    let Some(side) = tile_side(scene) else {
+        return Ok(None);
+    };
+    let frequencies = TileFrequencies::new(side);
+    let brightest = plane.samples.iter().copied().fold(0.0, f32::max);
+    let shares: Vec<f64> = (-SMALLER_SHARES..=LARGER_SHARES)
+        .map(|k| STEP.powi(k))
+        .collect();
+    let mut sums = vec![0.0; shares.len()];
+    let mut count = 0;
+    let tiles = detailed_tiles(scene, &[*plane], side, usize::MAX);
+    for tile in tiles {
+        let samples = tile.cut(scene.width, plane.samples);
+        let bright = samples.iter().filter(|v| **v >= brightest).count();
+        let Some(vergence) = even_vergence(scene, tile, side) else {
+            continue;
+        };
+        if bright as f64 > MAX_CLIPPED * samples.len() as f64 {
+            continue;
+        }
+        let Some(spectrum) = frequencies.spectrum(&samples) else {
+            continue;
+        };
+        if !progress(f64::from(count) / TILES as f64) {
+            return Err(cancelled());
+        }
+        let part = Scene {
+            vergence: VergencePass::Constant(vergence),
+            ..window_scene(scene, tile)
+        };
+        let deviances: Vec<f64> = (shares.par_iter())
+            .map(|share| {
+                let scales = vec![*share; scene.lens.channel_count()];
+                let lens = AdjustedLens::new(scene.lens, 1.0, scales, (0.0, 0.0))?;
+                let scene = Scene {
+                    lens: &lens,
+                    ..part
+                };
+                let middle = 0.5 * side as f64;
+                let kernel = LocalKernels::new(&scene, plane.weights)?.at((middle, middle))?;
+                let transfer = (frequencies.fft()).transfer_function(&kernel, (side, side));
+                Ok(spectrum.deviance(&frequencies, &transfer))
+            })
+            .collect::<Result<_>>()?;
+        for (sum, deviance) in sums.iter_mut().zip(deviances) {
+            *sum += deviance;
+        }
+        count += 1;
+        if count as usize == TILES {
+            break;
+        }
+    }
+    let frequencies = f64::from(count).max(ENOUGH_TILES) * frequencies.count() as f64;
+    Ok((count > 0)
+        .then(|| decide(&shares, &sums, frequencies))
+        .flatten())
+}
+
+/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one.
+fn decide(shares: &[f64], sums: &[f64], frequencies: f64) -> Option<f64> {
+    let is_same = |index: &usize| shares[*index].ln().abs() < SAME;
+    let least = |indices: &mut dyn Iterator<Item = usize>| {
+        indices.min_by(|a, b| sums[*a].total_cmp(&sums[*b]))
+    };
+    let own = least(&mut (0..shares.len()).filter(is_same))?;
+    let other = least(&mut (0..shares.len()).filter(|index| !is_same(index)))?;
+    let gain = (sums[own] - sums[other]) / frequencies;
+    if gain > DOUBTED {
+        Some((100.0 * shares[other]).round() / 100.0)
+    } else {
+        (gain < -BELIEVED).then_some(1.0)
+    }
+}
+
+/// Returns the side of the tiles of a plate, or `None` if it is too small for one.
+fn tile_side(scene: &Scene) -> Option<usize> {
+    let middle = scene.width * (scene.height / 2) + scene.width / 2;
+    let widest = kernel_width(scene, RenderWindow::whole(scene), scene.vergence_at(middle));
+    let mut side = MIN_SIDE;
+    while side < MAX_SIDE && (side as f64) < SIDE_IN_KERNELS * widest {
+        side *= 2;
+    }
+    (scene.width.min(scene.height) >= side).then_some(side)
+}
+
+/// Returns the vergence of a tile whose kernels are alike and small enough for it.
+fn even_vergence(scene: &Scene, tile: RenderWindow, side: usize) -> Option<f64> {
+    let vergences: Vec<f64> = match scene.vergence {
+        VergencePass::Constant(vergence) => vec![vergence],
+        VergencePass::PerPixel(pass) => {
+            let pass = tile.cut(scene.width, pass).into_iter().map(f64::from);
+            let (low, high) = pass.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+            vec![0.5 * (low + high), low, high]
+        }
+    };
+    let width = |vergence: &f64| kernel_width(scene, tile, *vergence);
+    let middle = width(&vergences[0]);
+    let is_even = |at: &f64| (width(at) - middle).abs() <= MAX_CHANGE * middle;
+    let fits = SIDE_IN_KERNELS * middle <= side as f64;
+    (fits && vergences.iter().all(is_even)).then_some(vergences[0])
+}
+
+/// Returns the width of the widest kernel in a window of `scene` at a vergence, px.
+fn kernel_width(scene: &Scene, window: RenderWindow, vergence: f64) -> f64 {
+    let reach = kernel_reach(scene, window, vergence);
+    (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_far_from_one_need_the_larger_gain() {
+        let shares = [0.76, 0.93, 1.0, 1.32];
+        let decided = |sums: [f64; 4]| decide(&shares, &sums, 1000.0);
+        assert_eq!(decided([40.0, 60.0, 51.0, 70.0]), Some(0.76));
+        assert_eq!(decided([45.0, 60.0, 51.0, 70.0]), None);
+        assert_eq!(decided([50.0, 60.0, 47.0, 70.0]), None);
+        assert_eq!(decided([50.0, 43.0, 47.0, 70.0]), Some(1.0));
+    }
+}
