@@ -64,8 +64,6 @@ const STALLED_SHARE: f64 = 0.9;
 /// Change of l in an iteration that does not approach a plate that is not explained yet, and the least l times the mean gradient.
 const UNDERFIT_SHRINKAGE: f64 = 0.7;
 const MIN_WEIGHT: f64 = 0.1;
-/// Least noise of a plate whose image is refined in the end, in mean gradients of the plate.
-const REFINED_NOISE: f64 = 0.01;
 /// Iteration from which samples that nothing explains lose weight, where depth varies.
 const OUTLIERS_FROM: usize = 8;
 /// Residual at which the weight of a sample is halved, in standard deviations.
@@ -129,10 +127,7 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let operator = problem.operator;
     let data_weight = problem.deviation.powi(-2);
     let plate_gradient = problem.plate_gradient();
-    // Without noise there is none to remove, and the prior has determined next to nothing.
-    let is_refined =
-        problem.refinement == Refinement::Run && problem.deviation > REFINED_NOISE * plate_gradient;
-    let schedule = Schedule::of(problem, is_refined);
+    let schedule = Schedule::of(problem, plate_gradient);
     let start = if operator.is_flat() {
         operator.image(wiener_estimate(problem, schedule.start_noise)?)
     } else {
@@ -214,7 +209,7 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
         }
     }
     estimate = problem.blur(estimate.image)?;
-    if is_refined {
+    if schedule.is_refined {
         let residual = problem.weighted_residual(&estimate, 1.0);
         let front = problem.front(&estimate);
         let mut corrected = operator.texture_correction(front, &residual, problem.deviation)?;

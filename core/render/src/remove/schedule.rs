@@ -14,6 +14,8 @@ const WEIGHT: f64 = 1.0;
 /// The same where depth varies.
 const WEIGHT_IN_DEPTH: f64 = 0.3;
 
+/// Least noise of a plate whose image is refined in the end, in mean gradients of the plate.
+const REFINED_NOISE: f64 = 0.01;
 /// Share of the progress that the iterations take where a refinement follows them.
 pub(super) const ITERATIONS_SHARE: f64 = 0.6;
 /// Largest number of iterations, in least numbers: a plate without noise takes the longest to explain.
@@ -21,6 +23,8 @@ const MAX_ITERATIONS_RATIO: usize = 4;
 
 /// The course of a deconvolution.
 pub(super) struct Schedule {
+    /// Whether the correction of texture and the prior of patches follow the iterations.
+    pub(super) is_refined: bool,
     /// l times the mean gradient at the start.
     pub(super) weight: f64,
     /// The residual that counts as noise at the start, in mean gradients of the plate.
@@ -45,10 +49,14 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// Returns the schedule of `problem`, which the prior of patches follows or not.
-    pub(super) fn of(problem: &Problem, patches_follow: bool) -> Self {
+    /// Returns the schedule of `problem`, whose plate has this root mean square gradient.
+    pub(super) fn of(problem: &Problem, plate_gradient: f64) -> Self {
+        // Without noise there is none to remove, and the prior has determined next to nothing.
+        let is_noisy = problem.deviation > REFINED_NOISE * plate_gradient;
+        let is_refined = problem.refinement == Refinement::Run && is_noisy;
         let flat = Self {
-            weight: if patches_follow {
+            is_refined,
+            weight: if is_refined {
                 WEIGHT_BEFORE_PATCHES
             } else {
                 WEIGHT
