@@ -109,8 +109,8 @@ impl PreparedPlate {
         }
     }
 
-    /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens, and for plates with
-    /// a depth pass, which are not checked.
+    /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens. Of plates
+    /// with a depth pass, parts of even blur are looked at.
     ///
     /// # Errors
     /// Those of [`estimate_blur_share`].

@@ -5,14 +5,9 @@ use super::winsorised::WinsorisedStatistics;
 use crate::{Plane, RenderWindow, Scene, kernel_reach};
 use rayon::prelude::*;
 
-/// Returns the `count` tiles of a plate, `side` pixels wide or as wide as the plate, with the largest products of detail and kernel
+/// Returns the tiles of a `plane`, `side` pixels wide or as wide as the plane, in descending order of the product of detail and kernel
 /// size.
-pub(super) fn detailed_tiles(
-    scene: &Scene,
-    planes: &[Plane],
-    side: usize,
-    count: usize,
-) -> Vec<RenderWindow> {
+pub(super) fn detailed_tiles(scene: &Scene, plane: &Plane, side: usize) -> Vec<RenderWindow> {
     let starts = |size: usize| {
         let count = size.div_ceil(side).max(1);
         let last = size.saturating_sub(side);
@@ -31,16 +26,13 @@ pub(super) fn detailed_tiles(
         })
         .collect();
     tiles.par_iter_mut().for_each(|(score, tile)| {
-        let detail = planes.iter().map(|plane| {
-            let samples = tile.cut(scene.width, plane.samples);
-            WinsorisedStatistics::new(sampled_norms(LinkedPlane::plain(&samples, tile.width)))
-                .root_mean_square
-        });
+        let samples = tile.cut(scene.width, plane.samples);
+        let gradients = sampled_norms(LinkedPlane::plain(&samples, tile.width));
+        let detail = WinsorisedStatistics::new(gradients).root_mean_square;
         let centre = (tile.row + tile.height / 2) * scene.width + tile.column + tile.width / 2;
         let reach = kernel_reach(scene, *tile, scene.vergence_at(centre));
-        *score = detail.sum::<f64>() * reach.right_px.max(reach.up_px);
+        *score = detail * reach.right_px.max(reach.up_px);
     });
     tiles.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = tiles.into_iter().take(count);
-    best.map(|(_, tile)| tile).collect()
+    tiles.into_iter().map(|(_, tile)| tile).collect()
 }

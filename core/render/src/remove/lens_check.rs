@@ -33,6 +33,8 @@ const SIDE: usize = 192;
 const TILES: usize = 3;
 /// Least side of a plate that is checked, px: smaller ones have too little detail.
 const MIN_PLATE_SIDE: usize = SIDE / 2;
+/// Share of the progress that the spectra take.
+const SPECTRA_PROGRESS: f64 = 0.1;
 /// Weight of the second term. The first alone prefers to remove a little too much blur (found on photographs).
 const MEAN_WEIGHT: f64 = 0.1;
 /// Least decrease of the score for a smaller share than 1 to be chosen. This margin and those below are per tile and plane,
@@ -58,10 +60,11 @@ const ITERATIONS: usize = 7;
 type Scores = [f64; SHARES.len()];
 
 /// Estimates the strength of the blur that `planes` show as a share of the blur of `scene`'s lens, from 0.5 to 1.52.
-/// Returns 1 if nothing speaks against the lens, or if the plate has depth, is too small, too noisy or mostly keeps its blur.
+/// Returns 1 if nothing speaks against the lens, or if the plate is too small, too noisy, mostly keeps its blur, or has tiles of varying
+/// depth alone.
 ///
-/// Each share is removed from the tiles of the plate with most detail and blur. Each plane comes with the settings of its
-/// removal. `progress` gets the share done.
+/// Tiles of the plane with most detail are compared with each share of the lens. Each plane comes with the settings of its removal.
+/// `progress` gets the share done.
 ///
 /// # Errors
 /// Those of [`Deconvolver::remove`].
@@ -87,7 +90,8 @@ pub fn estimate_blur_share(
     let Some((deconvolver, plane)) = best else {
         return Ok(1.0);
     };
-    if let Some(share) = share_by_spectra(scene, plane, progress)? {
+    let in_spectra = |share: f64| progress(SPECTRA_PROGRESS * share);
+    if let Some(share) = share_by_spectra(scene, plane, &in_spectra)? {
         return Ok(share);
     }
     if let VergencePass::PerPixel(_) = scene.vergence {
@@ -97,7 +101,8 @@ pub fn estimate_blur_share(
     if scene.width.min(scene.height) < MIN_PLATE_SIDE {
         return Ok(1.0);
     }
-    let tiles = detailed_tiles(scene, &[*plane], SIDE, TILES);
+    let tiles = detailed_tiles(scene, plane, SIDE);
+    let tiles = &tiles[..TILES.min(tiles.len())];
     let (mut sums, mut count) = ([0.0; SHARES.len()], 0.0);
     let total = tiles.len() as f64;
     for (done, tile) in tiles.iter().enumerate() {
@@ -107,7 +112,10 @@ pub fn estimate_blur_share(
             plane,
             tile: *tile,
         };
-        let progress = |share| progress((done as f64 + share) / total);
+        let progress = |share| {
+            let done = (done as f64 + share) / total;
+            progress(SPECTRA_PROGRESS + (1.0 - SPECTRA_PROGRESS) * done)
+        };
         if let Some(scores) = trial.scores(&progress)? {
             count += 1.0;
             for (sum, score) in sums.iter_mut().zip(scores) {

@@ -13,7 +13,6 @@ const WEIGHT_BEFORE_PATCHES: f64 = 0.05;
 const WEIGHT: f64 = 1.0;
 /// The same where depth varies.
 const WEIGHT_IN_DEPTH: f64 = 0.3;
-
 /// Least noise of a plate whose image is refined in the end, in mean gradients of the plate.
 const REFINED_NOISE: f64 = 0.01;
 /// Share of the progress that the iterations take where a refinement follows them.

@@ -2,11 +2,13 @@
 
 use super::canvas::window_scene;
 use super::detailed_tiles::detailed_tiles;
+use super::tile_fft::TileFft;
 use super::tile_spectrum::TileFrequencies;
 use crate::{
     AdjustedLens, LocalKernels, Plane, RenderWindow, Scene, VergencePass, cancelled, kernel_reach,
 };
 use rayon::prelude::*;
+use seidel_fourier::Complex;
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 
@@ -53,52 +55,58 @@ pub(super) fn share_by_spectra(
         .collect();
     let mut sums = vec![0.0; shares.len()];
     let mut count = 0;
-    let tiles = detailed_tiles(scene, &[*plane], side, usize::MAX);
-    for tile in tiles {
+    for tile in detailed_tiles(scene, plane, side) {
         let samples = tile.cut(scene.width, plane.samples);
         let bright = samples.iter().filter(|v| **v >= brightest).count();
-        let Some(vergence) = even_vergence(scene, tile, side) else {
-            continue;
-        };
         if bright as f64 > MAX_CLIPPED * samples.len() as f64 {
             continue;
         }
-        let Some(spectrum) = frequencies.spectrum(&samples) else {
+        let (Some(vergence), Some(spectrum)) = (
+            even_vergence(scene, tile, side),
+            frequencies.spectrum(&samples),
+        ) else {
             continue;
         };
-        if !progress(f64::from(count) / TILES as f64) {
+        if !progress(count as f64 / TILES as f64) {
             return Err(cancelled());
         }
         let part = Scene {
             vergence: VergencePass::Constant(vergence),
             ..window_scene(scene, tile)
         };
-        let deviances: Vec<f64> = (shares.par_iter())
-            .map(|share| {
-                let scales = vec![*share; scene.lens.channel_count()];
-                let lens = AdjustedLens::new(scene.lens, 1.0, scales, (0.0, 0.0))?;
-                let scene = Scene {
-                    lens: &lens,
-                    ..part
-                };
-                let middle = 0.5 * side as f64;
-                let kernel = LocalKernels::new(&scene, plane.weights)?.at((middle, middle))?;
-                let transfer = (frequencies.fft()).transfer_function(&kernel, (side, side));
-                Ok(spectrum.deviance(&frequencies, &transfer))
-            })
-            .collect::<Result<_>>()?;
+        let deviance = |share: &f64| {
+            let transfer = transfer_function(&part, plane.weights, *share, frequencies.fft())?;
+            Ok(spectrum.deviance(&frequencies, &transfer))
+        };
+        let deviances: Vec<f64> = (shares.par_iter()).map(deviance).collect::<Result<_>>()?;
         for (sum, deviance) in sums.iter_mut().zip(deviances) {
             *sum += deviance;
         }
         count += 1;
-        if count as usize == TILES {
+        if count == TILES {
             break;
         }
     }
-    let frequencies = f64::from(count).max(ENOUGH_TILES) * frequencies.count() as f64;
-    Ok((count > 0)
-        .then(|| decide(&shares, &sums, frequencies))
-        .flatten())
+    let frequencies = (count as f64).max(ENOUGH_TILES) * frequencies.count() as f64;
+    Ok(decide(&shares, &sums, frequencies))
+}
+
+/// Returns the transfer function at the middle of a tile, `part`, for a `share` of the blur of its lens.
+fn transfer_function(
+    part: &Scene,
+    weights: &[f64],
+    share: f64,
+    fft: &TileFft,
+) -> Result<Vec<Complex<f32>>> {
+    let scales = vec![share; part.lens.channel_count()];
+    let lens = AdjustedLens::new(part.lens, 1.0, scales, (0.0, 0.0))?;
+    let scene = Scene {
+        lens: &lens,
+        ..*part
+    };
+    let middle = 0.5 * fft.side as f64;
+    let kernel = LocalKernels::new(&scene, weights)?.at((middle, middle))?;
+    Ok(fft.transfer_function(&kernel, (fft.side, fft.side)))
 }
 
 /// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one.

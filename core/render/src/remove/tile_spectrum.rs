@@ -35,14 +35,17 @@ const NOISE_QUANTILE: f64 = 0.1;
 const MODEL_ERROR: f64 = 3e-3;
 /// Least ratio of the mean power to that of the noise: tiles with less show no detail.
 const MIN_DETAIL: f64 = 20.0;
-/// Bounds of the fit: steps, and the damping of the normal equations (Levenberg and Marquardt).
+/// Largest number of steps of the fit, trials of one step with growing damping, the damping at the start, and the largest change of a
+/// term in a step.
 const STEPS: usize = 25;
+const TRIALS: usize = 8;
 const DAMPING: f64 = 1e-2;
 const MAX_STEP: f64 = 3.0;
 /// Relative decrease of the deviance that ends a fit.
 const SETTLED: f64 = 1e-4;
 
 type Terms = SVector<f64, TERMS>;
+type Hessian = SMatrix<f64, TERMS, TERMS>;
 
 /// The frequencies of square tiles of one side, and the terms of ln P there.
 pub(super) struct TileFrequencies {
@@ -82,9 +85,9 @@ impl TileFrequencies {
             for row in 0..side {
                 let (x, y) = (frequency(column), frequency(row));
                 let (radius, angle) = (x.hypot(y), y.atan2(x));
-                let least = radius.hypot(1.0 / side as f64);
+                let bounded = radius.hypot(1.0 / side as f64);
                 power_law.push(if radius > 0.0 {
-                    least.powf(POWER_LAW) as f32
+                    bounded.powf(POWER_LAW) as f32
                 } else {
                     0.0
                 });
@@ -174,74 +177,77 @@ pub(super) struct TileSpectrum {
 }
 
 impl TileSpectrum {
-    /// Returns the least deviance of the spectrum for a lens with the transfer function `transfer`.
+    /// Returns the least deviance of the spectrum for a lens with the transfer function `transfer`, over all P. The fit is that of
+    /// Levenberg and Marquardt.
     pub(super) fn deviance(&self, at: &TileFrequencies, transfer: &[Complex<f32>]) -> f64 {
         let spread = at.spread_power(transfer);
-        let picture = |c: &Terms| -> Vec<f64> {
-            let powers = at.terms.iter().zip(&spread);
-            powers
-                .map(|(terms, g)| terms.dot(c).clamp(-60.0, 40.0).exp() * g)
-                .collect()
+        let blurred_picture = |c: &Terms| -> Vec<f64> {
+            let power = |terms: &Terms| terms.dot(c).clamp(-60.0, 40.0).exp();
+            let frequencies = at.terms.iter().zip(&spread);
+            frequencies.map(|(terms, g)| power(terms) * g).collect()
         };
-        let deviance = |picture: &[f64]| {
-            let ratios = self
-                .powers
-                .iter()
-                .zip(picture)
-                .map(|(i, p)| i / (p + self.noise));
-            ratios
-                .map(|ratio| 2.0 * (ratio - 1.0 - ratio.max(1e-30).ln()))
-                .sum::<f64>()
-        };
-        let ratios = self
-            .powers
-            .iter()
-            .zip(&spread)
-            .map(|(i, g)| i / g.max(0.05));
+        let ratios = self.powers.iter().zip(&spread);
+        let ratios = ratios.map(|(i, g)| i / g.max(0.05));
         let mut c = Terms::zeros();
         c[0] = (ratios.sum::<f64>() / self.powers.len() as f64).ln();
         c[1] = POWER_LAW;
-        let (mut current, mut damping) = (picture(&c), DAMPING);
-        let mut least = deviance(&current);
+        let mut picture = blurred_picture(&c);
+        let (mut least, mut damping) = (self.deviance_from(&picture), DAMPING);
         for _ in 0..STEPS {
-            let (mut hessian, mut gradient) =
-                (SMatrix::<f64, TERMS, TERMS>::zeros(), Terms::zeros());
-            for ((i, p), terms) in self.powers.iter().zip(&current).zip(&at.terms) {
-                let s = p + self.noise;
-                let weighted = terms * (p / s);
-                gradient += weighted * (i / s - 1.0);
-                hessian.ger(1.0, &weighted, &weighted, 1.0);
-            }
-            let step = |damping: f64| {
-                let mut damped = hessian;
-                for k in 0..TERMS {
-                    damped[(k, k)] += damping * (hessian[(k, k)] + 1e-9);
-                }
-                let solved = damped.cholesky()?.solve(&gradient);
-                Some(solved.map(|v| v.clamp(-MAX_STEP, MAX_STEP)))
-            };
-            let better = (0..8).find_map(|_| {
-                let trial = c + step(damping)?;
-                let powers = picture(&trial);
-                let deviance = deviance(&powers);
-                if deviance < least {
-                    return Some((trial, powers, deviance));
-                }
-                damping *= 5.0;
-                None
+            let (hessian, gradient) = self.normal_equations(at, &picture);
+            let better = (0..TRIALS).find_map(|_| {
+                let trial = c + damped_step(&hessian, &gradient, damping)?;
+                let picture = blurred_picture(&trial);
+                let deviance = self.deviance_from(&picture);
+                let is_better = deviance < least;
+                damping = if is_better {
+                    (damping / 5.0).max(1e-6)
+                } else {
+                    5.0 * damping
+                };
+                is_better.then_some((trial, picture, deviance))
             });
-            let Some((trial, powers, deviance)) = better else {
+            let Some(better) = better else {
                 break;
             };
-            let is_settled = least - deviance < SETTLED * least;
-            (c, current, least) = (trial, powers, deviance);
-            damping = (damping / 5.0).max(1e-6);
-            if is_settled {
+            let before = least;
+            (c, picture, least) = better;
+            if before - least < SETTLED * before {
                 break;
             }
         }
         least
     }
+
+    /// Returns the deviance from the mean powers `picture` + N.
+    fn deviance_from(&self, picture: &[f64]) -> f64 {
+        let frequencies = self.powers.iter().zip(picture);
+        let ratios = frequencies.map(|(i, p)| i / (p + self.noise));
+        let terms = ratios.map(|ratio| 2.0 * (ratio - 1.0 - ratio.max(1e-30).ln()));
+        terms.sum()
+    }
+
+    /// Returns the expected Hessian of half the deviance over the terms of ln P, and its negative gradient.
+    fn normal_equations(&self, at: &TileFrequencies, picture: &[f64]) -> (Hessian, Terms) {
+        let (mut hessian, mut gradient) = (Hessian::zeros(), Terms::zeros());
+        for ((i, p), terms) in self.powers.iter().zip(picture).zip(&at.terms) {
+            let s = p + self.noise;
+            let weighted = terms * (p / s);
+            gradient += weighted * (i / s - 1.0);
+            hessian.ger(1.0, &weighted, &weighted, 1.0);
+        }
+        (hessian, gradient)
+    }
+}
+
+/// Returns the step that the damped normal equations give, or `None` if rounding has left them singular.
+fn damped_step(hessian: &Hessian, gradient: &Terms, damping: f64) -> Option<Terms> {
+    let mut damped = *hessian;
+    for k in 0..TERMS {
+        damped[(k, k)] += damping * (hessian[(k, k)] + 1e-9);
+    }
+    let step = damped.cholesky()?.solve(gradient);
+    Some(step.map(|v| v.clamp(-MAX_STEP, MAX_STEP)))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Corrections to the headers that the `exr` library writes.
 //!
-//! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. Placeholders get
-//! back the name and type of what they stand for.
+//! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. A placeholder is
+//! an attribute of a type that the library cannot hold: its name and its type are restored.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
