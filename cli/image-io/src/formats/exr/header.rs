@@ -1,7 +1,7 @@
 //! Corrections to the headers that the `exr` library writes.
 //!
-//! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. A placeholder is
-//! an attribute of a type that the library cannot hold: its name and its type are restored.
+//! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. Attributes
+//! that were written under placeholders (`placeholders`) get their real names and types.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
