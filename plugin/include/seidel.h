@@ -445,7 +445,7 @@ typedef struct SeidelSettings {
   uint32_t aperture_width;
   /**
    * Picture of the aperture, 0 to 1, white where light passes: rows of `aperture_width` values from the top. Background
-   * discs show it; its shorter side is the width of the pupil. NULL: none. The library keeps 16 KiB of each picture.
+   * discs show it; its shorter side is the width of the pupil. NULL: none.
    */
   const float *aperture;
   /**

@@ -162,7 +162,7 @@ pub struct SeidelSettings {
     /// Width of the picture of the aperture, pixels.
     pub aperture_width: u32,
     /// Picture of the aperture, 0 to 1, white where light passes: rows of `aperture_width` values from the top. Background
-    /// discs show it; its shorter side is the width of the pupil. NULL: none. The library keeps 16 KiB of each picture.
+    /// discs show it; its shorter side is the width of the pupil. NULL: none.
     pub aperture: *const f32,
     /// Length of `aperture`: whole rows, at most 8192 of at most 8192 values.
     pub aperture_count: u64,
@@ -278,7 +278,7 @@ pub(crate) struct Settings {
     /// The caller's settings, all pointers set to NULL.
     pub(crate) raw: SeidelSettings,
     channel_scales: Vec<f64>,
-    aperture: Option<&'static AperturePicture>,
+    aperture: Option<AperturePicture>,
     psf_model: String,
 }
 

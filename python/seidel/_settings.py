@@ -26,7 +26,7 @@ class Look:
     turned by 180 degrees."""
     aperture_picture: NDArray[Any] | None = None
     """Picture of the aperture, white (1) where light passes: array of rows x columns, with or without 1 to 4 channels, ``float32``
-    or ``float16``. Background discs show it. Its shorter side is the width of the pupil. Each picture stays in memory: 16 KiB."""
+    or ``float16``. Background discs show it. Its shorter side is the width of the pupil."""
     squeeze: float = 1.0
     """Height of discs over their width, 0.4 to 2.5, times that of the lens."""
     obstruction: float = 0.0

@@ -52,7 +52,7 @@ impl LookArgs<'_> {
 }
 
 /// Returns the picture in `array`: the mean of R, G and B or the only channel, times alpha.
-fn picture(array: &Bound<'_, PyAny>) -> Result<&'static AperturePicture> {
+fn picture(array: &Bound<'_, PyAny>) -> Result<AperturePicture> {
     let ArrayPlanes { layout, planes } = ArrayPlanes::read("look.aperture_picture", array)?;
     let (colours, alpha) = match planes.len() {
         1 | 3 => (&planes[..], None),
@@ -73,5 +73,5 @@ fn picture(array: &Bound<'_, PyAny>) -> Result<&'static AperturePicture> {
     if let Some(alpha) = alpha {
         (samples.iter_mut().zip(alpha)).for_each(|(sample, alpha)| *sample *= alpha);
     }
-    Ok(AperturePicture::shared(layout.width, &samples)?)
+    Ok(AperturePicture::new(layout.width, &samples)?)
 }

@@ -225,6 +225,7 @@ pub(crate) fn write_pupil_lens(folder: &Path, channels: &[&str]) {
         measured_vergence: (0.0, 1.0 / 1.2),
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
     };
     let lens = LensProfile {

@@ -139,6 +139,7 @@ pub(super) fn channel_without_aberrations(name: &str) -> PupilChannel {
         measured_vergence: MEASURED_PER_M,
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
     }
 }

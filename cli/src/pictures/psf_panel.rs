@@ -189,7 +189,7 @@ fn placed_psfs(
         )
     });
     placed
-        .iter()
+        .into_iter()
         .map(|p| {
             let (dx, dy) = p.displacement_px;
             (p.blur, (dx - mean.0, dy - mean.1))

@@ -133,7 +133,7 @@ fn main() {
         ..numbers
     };
     let plain = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
-    let mut wavy = plain;
+    let mut wavy = plain.clone();
     wavy.wave_px = 2.0;
     let blurring = Sensor {
         streak_px: [1.0, 0.5],

@@ -49,7 +49,7 @@ pub fn apply_tone(lens: &dyn BlurField, weights: &[f64], plane: &mut [f32]) {
 }
 
 /// The blur of a point of light and the displacement of its centroid.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DisplacedBlur {
     /// The optical blur in pixels of the lens's frame, before integration over pixels.
     pub blur: LocalBlur,

@@ -250,7 +250,7 @@ impl Render<'_, '_> {
     }
 
     /// Reads the picture of the aperture, if it is switched on.
-    fn aperture(&self) -> Result<Option<&'static AperturePicture>> {
+    fn aperture(&self) -> Result<Option<AperturePicture>> {
         aperture_picture(self.call, self.knobs, self.frame.map)
     }
 

@@ -22,7 +22,7 @@ pub(crate) fn aperture_picture(
     call: &Call,
     knobs: &Knobs,
     map: PixelMap,
-) -> Result<Option<&'static AperturePicture>> {
+) -> Result<Option<AperturePicture>> {
     if !knobs.is_on(&look::USE_APERTURE) {
         return Ok(None);
     }
@@ -50,5 +50,5 @@ pub(crate) fn aperture_picture(
     if image.channels == 4 {
         (samples.iter_mut().zip(read(ALPHA)?)).for_each(|(sample, alpha)| *sample *= alpha);
     }
-    Ok(Some(AperturePicture::shared(area.width, &samples)?))
+    Ok(Some(AperturePicture::new(area.width, &samples)?))
 }

@@ -21,7 +21,7 @@ pub(crate) fn put_look(knobs: &Knobs, profile: &Lens, settings: &mut Settings) -
 pub(crate) fn put_look_with(
     knobs: &Knobs,
     profile: &Lens,
-    picture: Option<&'static AperturePicture>,
+    picture: Option<AperturePicture>,
     settings: &mut Settings,
 ) -> Result<()> {
     let chosen = Look {

@@ -13,7 +13,7 @@ use crate::status::{Failure, Result};
 ///
 /// # Safety
 /// `raw.aperture` must be NULL or point to `raw.aperture_count` values.
-pub(super) unsafe fn aperture(raw: &SeidelSettings) -> Result<Option<&'static AperturePicture>> {
+pub(super) unsafe fn aperture(raw: &SeidelSettings) -> Result<Option<AperturePicture>> {
     const MAX_SIDE: u64 = AperturePicture::MAX_SIDE as u64;
     if raw.aperture.is_null() && raw.aperture_count == 0 {
         return Ok(None);
@@ -29,7 +29,7 @@ pub(super) unsafe fn aperture(raw: &SeidelSettings) -> Result<Option<&'static Ap
     }
     // SAFETY: the caller guarantees as many values.
     let samples = unsafe { read_array(raw.aperture, count as usize, "settings.aperture")? };
-    Ok(Some(AperturePicture::shared(width as usize, &samples)?))
+    Ok(Some(AperturePicture::new(width as usize, &samples)?))
 }
 
 impl Settings {
@@ -42,7 +42,7 @@ impl Settings {
                 roundness: raw.roundness,
                 rotation_deg: raw.rotation,
             }),
-            picture: self.aperture,
+            picture: self.aperture.clone(),
             squeeze: raw.squeeze,
             obstruction: raw.obstruction,
             cats_eye: raw.cats_eye,

@@ -171,6 +171,7 @@ pub(crate) fn profile(size: f64) -> LensProfile {
         measured_vergence: (0.0, 1.0 / 1.2),
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
     };
     let channels = ["R", "G", "B"].into_iter().enumerate();

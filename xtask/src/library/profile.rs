@@ -107,6 +107,7 @@ fn channel(design: &Design, k: usize) -> Result<PupilChannel, String> {
         blur_variance_px2: constant(design.blur_variance_px2),
         effects: carried,
         added: Vec::new(),
+        picture: None,
         magnification: constant(design.lateral[k]),
         distortion: constant(design.distortion),
         stop_lever_m: design.stop_lever_m(),

@@ -196,7 +196,7 @@ impl LookArgs {
     }
 
     /// Puts look and bloom into `settings`, with this picture of the aperture.
-    fn put_with(&self, picture: Option<&'static AperturePicture>, settings: &mut Settings) {
+    fn put_with(&self, picture: Option<AperturePicture>, settings: &mut Settings) {
         settings.look = Look {
             picture,
             blades: self.blades.map(|count| Blades {
@@ -238,7 +238,7 @@ impl LookArgs {
                 })?;
             }
         }
-        at_frame.put_with(settings.look.picture, settings);
+        at_frame.put_with(settings.look.picture.take(), settings);
         Ok(())
     }
 
@@ -255,17 +255,17 @@ impl LookArgs {
 }
 
 /// Reads the picture of an aperture, once a run.
-fn read_picture(file: &Path) -> Result<&'static AperturePicture, FileError> {
+fn read_picture(file: &Path) -> Result<AperturePicture, FileError> {
     let read = ImageChannel::read_transmission(file)?;
     let width = read.windows.data.width;
-    AperturePicture::shared(width, &read.samples).map_err(|e| FileError::from_core(file, e))
+    AperturePicture::new(width, &read.samples).map_err(|e| FileError::from_core(file, e))
 }
 
 /// Returns look and bloom of `settings` by name, as far as they change the lens or the plate.
 pub(super) fn look_record(settings: &Settings) -> SettingsRecord {
     let mut record = Vec::new();
     if !settings.look.is_neutral() {
-        record.push(setting("look", settings.look));
+        record.push(setting("look", &settings.look));
     }
     if let Some(bloom) = &settings.bloom {
         let Bloom {

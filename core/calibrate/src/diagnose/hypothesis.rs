@@ -118,7 +118,7 @@ impl Hypothesis {
 
     /// Returns the pupil of `tile` with the effects applied, and the shift of the chief ray, px.
     pub(super) fn act(&self, values: &[Vec<f64>], tile: &TileData) -> (LocalPupil, [f64; 2]) {
-        self.act_at(values, tile.point, tile.pupil)
+        self.act_at(values, tile.point, tile.pupil.clone())
     }
 
     fn act_at(
@@ -151,7 +151,7 @@ impl Hypothesis {
             each.collect()
         });
         let own: Vec<Vec<f64>> = own.collect();
-        let (pupil, moved) = self.act_at(&own, reference.point, reference.pupil);
+        let (pupil, moved) = self.act_at(&own, reference.point, reference.pupil.clone());
         let centroid = pupil.centroid();
         [0, 1].map(|axis| moved[axis] + centroid[axis] - reference.centroid[axis])
     }

@@ -69,12 +69,12 @@ impl PlacedPupil {
     /// Returns the change of the PSF towards `there`, a step `h` of a parameter away.
     fn change(&self, there: &Self, h: f64) -> Change {
         let (a, b) = (&self.pupil, &there.pupil);
-        let mut retoned = *b;
+        let mut retoned = b.clone();
         retoned.sensor.tone = a.sensor.tone;
         if retoned == *a && self.shift == there.shift {
             return Change::Tone;
         }
-        let mut behind_another = *b;
+        let mut behind_another = b.clone();
         behind_another.sensor = a.sensor;
         if behind_another == *a && self.shift == there.shift {
             return Change::Sensor;
@@ -177,13 +177,13 @@ impl TilePredictor {
             .collect();
         let mut of_rays: Vec<(usize, PupilDerivative)> = (changes.iter().enumerate())
             .filter_map(|(k, change)| match change {
-                Change::Rays(derivative) => Some((k, **derivative)),
+                Change::Rays(derivative) => Some((k, (**derivative).clone())),
                 Change::Tone | Change::Sensor | Change::Other => None,
             })
             .collect();
         // The drawing takes derivatives that change the light last.
         of_rays.sort_by_key(|(_, derivative)| derivative.changes_light());
-        let derivatives: Vec<PupilDerivative> = of_rays.iter().map(|(_, d)| *d).collect();
+        let derivatives: Vec<PupilDerivative> = of_rays.iter().map(|(_, d)| d.clone()).collect();
         let sensors = (changes.iter().zip(&there))
             .filter(|(change, _)| matches!(change, Change::Sensor))
             .map(|(_, there)| there.pupil.sensor);

@@ -166,7 +166,7 @@ pub(super) fn score(
                         MomentSource::TileFloored => {
                             measured(tile.moments.with_least_variance(MIN_MEASURED_VARIANCE_PX2))
                         }
-                        MomentSource::Lens => predicted,
+                        MomentSource::Lens => predicted.clone(),
                     };
                     against(&render_kernel(model, &blur, tile, side))
                 }

@@ -129,6 +129,7 @@ pub(super) fn pupil_lens() -> LensProfile {
             measured_vergence: (0.5, 0.5),
             stop_lever_m: 0.0,
             added: Vec::new(),
+            picture: None,
             wavelength_px: 0.0,
             effects: Vec::new(),
         }]),

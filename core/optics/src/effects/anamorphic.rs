@@ -183,7 +183,7 @@ mod tests {
         round.wavefront.add(1, 1, Meridian::X, 0.7);
         round.wavefront.add(2, 0, Meridian::X, -0.4);
         let values = [0.9, 0.8, 0.0, 5.0, -2.0, 0.0];
-        let oval = behind(&Anamorphic, &values, place(0.5, 0.4), round);
+        let oval = behind(&Anamorphic, &values, place(0.5, 0.4), round.clone());
         for u in [[0.3, -0.4], [-0.8, 0.1]] {
             let on_glass = round.landing([0.8 * u[0], u[1]]);
             let got = oval.landing(u);

@@ -101,7 +101,7 @@ mod tests {
         spherical.add(2, 0, Meridian::X, 1.0);
         for (wavefront, power) in [(wavefront, 2), (spherical, 4)] {
             let lens = LocalPupil::circular(wavefront, 0.0);
-            let wide = behind(&PupilScale, &[1.2], point(), lens);
+            let wide = behind(&PupilScale, &[1.2], point(), lens.clone());
             let rim = |p: &LocalPupil| p.landing([1.0, 0.0])[0];
             // A ray lands at the slope by the physical height, so a power less than the wavefront.
             let grown = 1.2_f64.powi(power - 1);
@@ -113,9 +113,9 @@ mod tests {
     fn blades_scale_with_the_iris_and_the_barrel_stays() {
         let at = place(1.0, 0.0);
         let bladed = behind(&AperturePolygon, &[6.0, 10.0, 1.0, 0.0], at, disc(3.0));
-        let wide = behind(&PupilScale, &[1.25], at, bladed);
+        let wide = behind(&PupilScale, &[1.25], at, bladed.clone());
         assert_eq!(wide.stops(), bladed.stops());
-        let clipped = behind(&Vignetting, &[1.0, 0.5, 1.0, -0.5], at, bladed);
+        let clipped = behind(&Vignetting, &[1.0, 0.5, 1.0, -0.5], at, bladed.clone());
         let wide = behind(&PupilScale, &[1.25], at, clipped);
         assert_eq!(wide.stops()[..7], bladed.stops()[..7]);
         assert!((wide.stops()[7].radius - 1.0 / 1.25).abs() < 1e-12);

@@ -128,7 +128,7 @@ fn neutral_values_have_no_effect() {
 fn neutral_effects_keep_an_earlier_instance_of_themselves() {
     for effect in ALL {
         let (once, _) = applied(*effect, &strong(*effect));
-        let twice = behind(*effect, &neutral(*effect), point(), once);
+        let twice = behind(*effect, &neutral(*effect), point(), once.clone());
         assert_eq!(twice, once, "{}", effect.id());
     }
 }
@@ -300,7 +300,7 @@ fn a_farther_sensor_scales_angles_up_and_cones_down() {
     let none = LocalPupil::circular(Wavefront::default(), 0.0);
     let rays = |id: &str, values: &[f64], point: ScenePoint| {
         let effect = by_id(id).expect("listed");
-        let pupil = behind(effect, values, point, none);
+        let pupil = behind(effect, values, point, none.clone());
         let landed = RAYS.map(|u| pupil.landing(u));
         let all = landed
             .into_iter()

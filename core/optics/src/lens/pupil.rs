@@ -18,7 +18,7 @@ pub const MAX_STOPS: usize = 18;
 const MAX_OUTER_STOPS: usize = 4;
 
 /// The transmission of a filter at pupil point u: `exp(-(square |u - centre|² + fourth |u - centre|⁴))`, one at its centre.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Transmission {
     /// Coefficient of the squared radius.
     pub square: f64,
@@ -31,7 +31,7 @@ pub struct Transmission {
 }
 
 /// A picture over the pupil.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PictureMask {
     /// The picture.
     pub picture: AperturePicture,
@@ -97,7 +97,7 @@ impl Stop {
 }
 
 /// Wavefront, stops, transmission and symmetric blur of one image point in one channel. Lengths are in px.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LocalPupil {
     /// The wavefront, whose slope gives the landing points of rays.
     pub wavefront: Wavefront,
@@ -199,7 +199,7 @@ impl LocalPupil {
             blur_variance_px2: self.blur_variance_px2 * scale * scale,
             wave_px: self.wave_px * scale,
             sensor: self.sensor.rescaled(scale),
-            ..*self
+            ..self.clone()
         }
     }
 
@@ -210,7 +210,7 @@ impl LocalPupil {
             blur_ratio: self.blur_ratio * factor * factor,
             squeeze: [self.squeeze[0] * factor, self.squeeze[1]],
             sensor: self.sensor.stretched_x(factor),
-            ..*self
+            ..self.clone()
         }
     }
 
@@ -233,7 +233,7 @@ impl LocalPupil {
             } else {
                 self.blur_ratio
             },
-            ..*self
+            ..self.clone()
         }
     }
 
@@ -250,7 +250,7 @@ impl LocalPupil {
                 square: self.transmission.square * ratio.powi(2),
                 fourth: self.transmission.fourth * ratio.powi(4),
                 centre: self.transmission.centre.map(|c| c / ratio),
-                picture: self.transmission.picture.map(|mask| PictureMask {
+                picture: self.transmission.picture.clone().map(|mask| PictureMask {
                     scale: mask.scale * ratio,
                     ..mask
                 }),

@@ -52,6 +52,7 @@ fn pupil_channel() -> PupilChannel {
         measured_vergence: (0.0, 1.0),
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
         effects: Vec::new(),
     }

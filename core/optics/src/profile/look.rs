@@ -1,7 +1,6 @@
 //! Looks: artistic changes of the pupil and the colour of a lens, each in the numbers of an effect of the model.
 
 mod change;
-mod picture;
 
 use std::fmt;
 
@@ -13,13 +12,13 @@ use change::Change;
 /// A change of the look of a lens. The default leaves the lens as measured, to the bit.
 ///
 /// It acts on the lens as its controls have set it: a look does not change with the f-number.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Look {
     /// Iris blades in place of the lens's own: effect `aperture_polygon`. `None` keeps those.
     pub blades: Option<Blades>,
     /// A picture of the aperture, its transmission over the pupil: background discs show it upright, foreground discs turned by
     /// 180 degrees. It darkens light that the iris lets through.
-    pub picture: Option<&'static AperturePicture>,
+    pub picture: Option<AperturePicture>,
     /// Height of defocused discs over their width, times that of the lens, as of an anamorphic lens of this squeeze: effect
     /// `anamorphic`.
     pub squeeze: f64,
@@ -173,7 +172,7 @@ impl fmt::Display for Look {
             ("lateral colour", self.lateral_colour, Self::COLOUR),
         ];
         let changed = numbers.iter().filter(|(_, v, range)| *v != range.neutral);
-        let picture = self.picture.map(|_| "aperture picture".to_owned());
+        let picture = self.picture.as_ref().map(|_| "aperture picture".to_owned());
         let parts = (blades.into_iter())
             .chain(picture)
             .chain(changed.map(|(name, value, _)| format!("{name} {value}")));
@@ -222,9 +221,7 @@ impl LensProfile {
     /// # Errors
     /// [`ErrorKind::Unsupported`] for a lens with a picture of the aperture.
     pub fn check_storable(&self) -> Result<()> {
-        let effects = (self.pupil_channels().iter()).flat_map(|channel| &channel.added);
-        let mut ids = effects.map(|carried| carried.effect.id());
-        if !ids.any(|id| id == picture::ID) {
+        if (self.pupil_channels().iter()).all(|channel| channel.picture.is_none()) {
             return Ok(());
         }
         Err(Error::new(

@@ -2,7 +2,7 @@
 
 use crate::effects::{Effect, ScenePoint};
 use crate::field::FieldPoint;
-use crate::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
+use crate::lens::{LocalPupil, PictureMask, ReducedNumbers, VergenceSeries, Wavefront};
 use crate::moments::CentralMoments;
 
 /// A colour channel of the kind `pupil`, with parameters that are polynomials in vergence.
@@ -29,6 +29,8 @@ pub struct PupilChannel {
     /// Effects added after the fit, such as those that a diagnosis found. They also change the displacement;
     /// `magnification` and `distortion` are those of the lens without them.
     pub added: Vec<ProfileEffect>,
+    /// A picture of the aperture, which acts after all effects. Files do not hold it.
+    pub picture: Option<PictureMask>,
     /// Relative change of scale: centroid minus ideal position is X (magnification + distortion |X|²).
     pub magnification: VergenceSeries,
     /// Distortion per squared half frame width.
@@ -84,10 +86,11 @@ impl PupilChannel {
     pub fn pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
         let mut pupil = self.fitted_pupil_at(at, v);
         self.apply(&self.added, at, v, &mut pupil);
+        pupil.transmission.picture.clone_from(&self.picture);
         pupil
     }
 
-    /// Returns the pupil like [`PupilChannel::pupil_at`], without [`PupilChannel::added`].
+    /// Returns the pupil like [`PupilChannel::pupil_at`], without [`PupilChannel::added`] and the picture.
     pub fn fitted_pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
         let clamped = self.clamped(v);
         let mut pupil = LocalPupil::circular(
@@ -133,7 +136,7 @@ impl PupilChannel {
             let shift = (carried.effect).chief_ray(&values, self.scene_point(at, v));
             moved = [moved[0] + shift[0], moved[1] + shift[1]];
         }
-        if !self.added.is_empty() {
+        if !self.added.is_empty() || self.picture.is_some() {
             let with = self.pupil_at(at, v).centroid();
             let without = self.fitted_pupil_at(at, v).centroid();
             let (point, clamped) = (self.scene_point(at, v), self.clamped(v));
@@ -174,7 +177,7 @@ impl PupilChannel {
     ///
     /// Uses the closed form if there are no effects, otherwise quadrature.
     pub fn moments_at(&self, at: FieldPoint, v: f64) -> CentralMoments {
-        if self.effects.is_empty() && self.added.is_empty() {
+        if self.effects.is_empty() && self.added.is_empty() && self.picture.is_none() {
             let rays = self.numbers(v).coefficients().moments(at);
             let blur = self.blur_variance_px2.at(self.clamped(v)).max(0.0);
             rays.with_added_variance(blur)

@@ -46,7 +46,7 @@ use crate::moments::CentralMoments;
 /// The blur of one point of light in one channel: the input of a PSF model.
 ///
 /// Lengths are in pixels of the grid that the PSF is drawn on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LocalBlur {
     /// Second and third central moments in image axes.
     pub moments: CentralMoments,
@@ -85,7 +85,7 @@ impl LocalBlur {
     pub fn rescaled(&self, scale: f64) -> Self {
         Self {
             moments: self.moments.rescaled(scale),
-            pupil: self.pupil.map(|pupil| pupil.rescaled(scale)),
+            pupil: self.pupil.as_ref().map(|pupil| pupil.rescaled(scale)),
             ..*self
         }
     }
@@ -95,7 +95,10 @@ impl LocalBlur {
     pub fn on_wider_pixels(&self, aspect: f64) -> Self {
         Self {
             moments: self.moments.stretched_x(1.0 / aspect),
-            pupil: self.pupil.map(|pupil| pupil.stretched_x(1.0 / aspect)),
+            pupil: self
+                .pupil
+                .as_ref()
+                .map(|pupil| pupil.stretched_x(1.0 / aspect)),
             meridian: self.meridian,
             pixel_aspect: self.pixel_aspect * aspect,
         }
@@ -107,7 +110,7 @@ impl LocalBlur {
         let lacking = (floor_px2 - self.moments.least_variance()).max(0.0);
         Self {
             moments: self.moments.with_least_variance(floor_px2),
-            pupil: self.pupil.map(|pupil| pupil.blurred_by(lacking)),
+            pupil: self.pupil.as_ref().map(|pupil| pupil.blurred_by(lacking)),
             ..*self
         }
     }

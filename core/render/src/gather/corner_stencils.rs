@@ -362,7 +362,7 @@ impl KernelPen<'_> {
         // Rays draw without moments, whose last bits depend on the order of sums.
         let blur = LocalBlur {
             moments: CentralMoments::from_array([0.0; 7]),
-            ..source.blur
+            ..source.blur.clone()
         };
         KernelKey {
             source: Source { blur, ..*source },

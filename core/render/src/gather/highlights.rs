@@ -124,7 +124,7 @@ impl HighlightBlock {
         let mut images = vec![Image::default(); planes.len()];
         for channel in (0..lens.channel_count()).filter(|channel| lens.is_used(*channel)) {
             let mut rest = self.sources(lens, channel)?;
-            while let Some((drawn, first)) = rest.first().copied() {
+            while let Some((drawn, first)) = rest.first().cloned() {
                 lens.check_cancelled()?;
                 lens.model.draw_rows(&first.blur, first.shift_px, kernel);
                 rest.retain(|(index, source)| {
@@ -151,7 +151,7 @@ impl HighlightBlock {
         let mut found = Vec::new();
         for (index, (row, column)) in self.pixels.iter().enumerate() {
             lens.sources_at((*column as f64 + 0.5, *row as f64 + 0.5), &mut found)?;
-            sources.extend(found[channel].map(|source| (index, source)));
+            sources.extend(found[channel].take().map(|source| (index, source)));
         }
         Ok(sources)
     }

@@ -31,7 +31,7 @@ pub(super) enum Truncation {
 }
 
 /// The blur that a kernel draws, and the accuracy.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct KernelKey {
     /// In plate pixels; without moments where rays draw the kernel.
     pub(super) source: Source,
@@ -178,7 +178,7 @@ impl KernelStore {
             return found;
         }
         let kept = Kept {
-            key: *key,
+            key: key.clone(),
             kernel: Arc::clone(&kernel),
             last_used: render,
         };
@@ -195,6 +195,7 @@ fn lock(shard: &Mutex<Shard>) -> MutexGuard<'_, Shard> {
 mod tests {
     use super::*;
     use seidel_optics::field::Meridian;
+    use seidel_optics::lens::{AperturePicture, LocalPupil, PictureMask, Wavefront};
     use seidel_optics::moments::CentralMoments;
     use seidel_optics::psf::LocalBlur;
 
@@ -233,36 +234,41 @@ mod tests {
         let store = KernelStore::default();
         let first = key(2.0);
         assert!(is_drawn(&store, &first) && !is_drawn(&store, &first));
-        let mut moved = first;
-        moved.source.shift_px.0 = 0.25;
-        let others = [
-            key(2.5),
-            moved,
-            KernelKey { level: 1, ..first },
-            KernelKey {
-                reach: Some([40, 30]),
-                ..first
-            },
-            KernelKey {
-                truncation: Truncation::ForStencils,
-                ..first
-            },
-            KernelKey {
-                truncated_share: 2e-3,
-                ..first
-            },
-            KernelKey {
-                narrowest: 2.0,
-                ..first
-            },
-            KernelKey {
-                model: "skew-normal",
-                ..first
-            },
+        let changes: [fn(&mut KernelKey); 7] = [
+            |key| key.source.shift_px.0 = 0.25,
+            |key| key.level = 1,
+            |key| key.reach = Some([40, 30]),
+            |key| key.truncation = Truncation::ForStencils,
+            |key| key.truncated_share = 2e-3,
+            |key| key.narrowest = 2.0,
+            |key| key.model = "skew-normal",
         ];
-        for other in others {
-            assert!(is_drawn(&store, &other), "{other:?}");
+        let changed = changes.map(|change| {
+            let mut other = first.clone();
+            change(&mut other);
+            other
+        });
+        for other in changed.iter().chain([&key(2.5)]) {
+            assert!(is_drawn(&store, other), "{other:?}");
         }
+    }
+
+    #[test]
+    fn pictures_of_equal_samples_share_kernels() {
+        let store = KernelStore::default();
+        let behind = |transmission: f32| {
+            let picture = AperturePicture::new(2, &[transmission; 4]).expect("lit");
+            let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
+            pupil.transmission.picture = Some(PictureMask {
+                picture,
+                scale: 1.0,
+            });
+            let mut key = key(2.0);
+            key.source.blur.pupil = Some(pupil);
+            key
+        };
+        assert!(is_drawn(&store, &behind(1.0)) && !is_drawn(&store, &behind(1.0)));
+        assert!(is_drawn(&store, &behind(0.5)));
     }
 
     #[test]

@@ -295,14 +295,14 @@ fn ray_traced_kernels_equal_pairs_of_square_pixels() {
     };
     let at = FieldPoint::new(0.5, -0.7);
     let plain = LocalPupil::circular(Wavefront::third_order(&numbers, at), 1.5);
-    let mut clipped = plain;
+    let mut clipped = plain.clone();
     clipped.clip(Stop {
         centre: [0.5, 0.2],
         radius: 1.0,
     });
-    let mut wavy = plain;
+    let mut wavy = plain.clone();
     wavy.wave_px = 3.0;
-    let mut seen = plain;
+    let mut seen = plain.clone();
     seen.sensor = Sensor {
         streak_px: [5.0, 3.0],
         box_px: [2.0, 1.0],

@@ -142,7 +142,7 @@ impl Job<'_> {
         let mut kernel = KernelRows::default();
         for (channel, sources) in sources.iter().enumerate() {
             let runs: Vec<_> = runs(self.scene.model, sources)
-                .map(|(run, middle)| (run, middle, self.bounds(&middle)))
+                .map(|(run, middle)| (run, middle, self.bounds(middle)))
                 .collect();
             let spans = runs.iter().map(|(run, _, bounds)| {
                 let (first, last) = (run[0].0, run[run.len() - 1].0);
@@ -199,22 +199,22 @@ impl Job<'_> {
                 let vergence = self.scene.vergence_at(middle.1 * width + middle.0);
                 self.sources
                     .at(at, vergence, |wanted| wanted == channel, &mut found)?;
-                let Some(source) = found[channel] else {
+                let Some(source) = &found[channel] else {
                     continue;
                 };
-                let bounds = self.bounds(&source);
+                let bounds = self.bounds(source);
                 let first = bounds.around(columns.start, rows.start);
                 let last = bounds.around(columns.end - 1, rows.end - 1);
                 let landings = self.landings(&first.join(&last));
                 if landings.is_empty() {
                     continue;
                 }
-                let drawn = self.draw(&source, &mut kernel);
+                let drawn = self.draw(source, &mut kernel);
                 for (column, row) in pixels.clone() {
                     let light = self.light(column, row, channel);
                     for landing in bounds.around(column, row).select(&landings) {
                         let offset = (landing.column - column as i32, landing.row - row as i32);
-                        sums[landing.pixel] += light * self.weight(&source, drawn, offset);
+                        sums[landing.pixel] += light * self.weight(source, drawn, offset);
                     }
                 }
             }

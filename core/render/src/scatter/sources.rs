@@ -20,7 +20,7 @@ const LARGEST_SIGMA_PX: f64 = 512.0;
 const LARGEST_DISPLACEMENT_PX: f64 = 4096.0;
 
 /// The kernel of a source point in one channel, ready to be drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Source {
     pub(crate) blur: LocalBlur,
     /// Offset of the centroid from the source point, px.
@@ -38,7 +38,7 @@ impl Source {
             .filter(|_| along != [false; 2])
             .and_then(|pupil| pupil.mirrored(along));
         let Some(pupil) = mirrored else {
-            return (*self, [false; 2]);
+            return (self.clone(), [false; 2]);
         };
         let sign = |mirrored: bool| if mirrored { -1.0 } else { 1.0 };
         let [x, y] = along.map(sign);
@@ -136,8 +136,8 @@ impl<'a> Sources<'a> {
             let at = (column as f64 + 0.5, row as f64 + 0.5);
             let vergence = self.scene.vergence_at(index);
             self.at(at, vergence, has_light, &mut found)?;
-            for (found, sources) in found.iter().zip(&mut *sources) {
-                sources.extend(found.map(|source| (column, source)));
+            for (found, sources) in found.iter_mut().zip(&mut *sources) {
+                sources.extend(found.take().map(|source| (column, source)));
             }
         }
         Ok(())
@@ -210,15 +210,15 @@ impl<'a> Sources<'a> {
 pub(crate) fn runs<'a>(
     model: &'a dyn PsfModel,
     mut rest: &'a [(usize, Source)],
-) -> impl Iterator<Item = (&'a [(usize, Source)], Source)> {
+) -> impl Iterator<Item = (&'a [(usize, Source)], &'a Source)> {
     std::iter::from_fn(move || {
         let (_, first) = rest.first()?;
-        let alike = |&&(_, source): &&(usize, Source)| {
+        let alike = |(_, source): &&(usize, Source)| {
             model.can_share_kernel(&first.blur, first.shift_px, &source.blur, source.shift_px)
         };
         let count = 1 + rest[1..].iter().take_while(alike).count();
         let (run, others) = rest.split_at(count);
         rest = others;
-        Some((run, run[count / 2].1))
+        Some((run, &run[count / 2].1))
     })
 }

@@ -79,6 +79,7 @@ fn lens(variance: f64) -> LensProfile {
         measured_vergence: (0.0, 1.0),
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
     };
     LensProfile {

@@ -470,6 +470,7 @@ impl ParameterLayout {
             blur_variance_px2: series(Quantity::Blur),
             effects,
             added: Vec::new(),
+            picture: None,
             stop_lever_m: self.stop_lever_m,
             wavelength_px: 0.0,
             magnification: VergenceSeries::constant(0.0),

@@ -39,6 +39,7 @@ fn lens(sign: f64) -> LensProfile {
             blur_variance_px2: none.clone(),
             effects: Vec::new(),
             added: Vec::new(),
+            picture: None,
             magnification: none.clone(),
             distortion: none,
             stop_lever_m: 0.0,

@@ -23,7 +23,7 @@ impl LocalPupil {
             obstruction: self.obstruction.map(stop),
             transmission: Transmission {
                 centre: moved(self.transmission.centre),
-                ..self.transmission
+                ..self.transmission.clone()
             },
             ..*self
         })

@@ -1,8 +1,6 @@
 //! The transmission of a pupil as a picture.
 
-use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 
@@ -11,20 +9,12 @@ const SIDE: usize = 64;
 /// Least transmission: a PSF always has light.
 const LEAST: f32 = 1e-6;
 
-/// A picture of an aperture: its transmission over the square about the pupil.
-///
-/// Its samples live as long as the program, since pupils are copied for every point of a plate: 16 KiB a picture. Equal are
-/// those of one call of [`AperturePicture::new`].
-#[derive(Debug, Clone, Copy)]
+/// A picture of an aperture: its transmission over the square about the pupil. Clones share its samples, since pupils are
+/// cloned for every point of a plate.
+#[derive(Debug, Clone, PartialEq)]
 pub struct AperturePicture {
     /// Row-major, `SIDE` rows of as many samples, the first at the top left.
-    samples: &'static [f32],
-}
-
-impl PartialEq for AperturePicture {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self.samples, other.samples)
-    }
+    samples: Arc<[f32]>,
 }
 
 impl AperturePicture {
@@ -70,29 +60,8 @@ impl AperturePicture {
             ));
         }
         Ok(Self {
-            samples: Vec::leak(grid),
+            samples: grid.into(),
         })
-    }
-
-    /// Returns the picture with these samples, as [`AperturePicture::new`] takes them: the one of an earlier call with the same
-    /// samples if there was one, so that renders in a loop do not fill the memory.
-    ///
-    /// # Errors
-    /// Those of [`AperturePicture::new`].
-    pub fn shared(width: usize, samples: &[f32]) -> Result<&'static Self> {
-        /// The pictures by a hash of their samples.
-        static PICTURES: Mutex<BTreeMap<u64, &AperturePicture>> = Mutex::new(BTreeMap::new());
-        let mut hasher = DefaultHasher::new();
-        width.hash(&mut hasher);
-        samples.iter().for_each(|v| v.to_bits().hash(&mut hasher));
-        let key = hasher.finish();
-        let mut pictures = PICTURES.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(picture) = pictures.get(&key) {
-            return Ok(picture);
-        }
-        let picture = &*Box::leak(Box::new(Self::new(width, samples)?));
-        pictures.insert(key, picture);
-        Ok(picture)
     }
 
     /// Returns the transmission at pupil point `u`, with x to the right of the picture and y down.
@@ -174,13 +143,11 @@ mod tests {
     }
 
     #[test]
-    fn equal_samples_share_one_picture() {
-        let white = vec![1.0; 64];
-        let [first, again] = [0, 1].map(|_| AperturePicture::shared(8, &white).expect("lit"));
-        assert!(std::ptr::eq(first, again));
-        let other = AperturePicture::shared(16, &white).expect("lit");
+    fn pictures_are_equal_by_their_samples() {
+        let [first, again] = [1.0; 2].map(|v| AperturePicture::new(8, &[v; 64]).expect("lit"));
+        assert_eq!(first, again);
+        let other = AperturePicture::new(8, &[0.5; 64]).expect("lit");
         assert_ne!(first, other);
-        assert!(AperturePicture::shared(7, &white).is_err());
     }
 
     #[test]

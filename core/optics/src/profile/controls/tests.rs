@@ -24,6 +24,7 @@ fn channel(name: &str, offset: f64) -> PupilChannel {
         measured_vergence: (0.0, 1.0),
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
         effects: vec![
             ProfileEffect {

@@ -98,7 +98,9 @@ impl PupilChannelFile {
             stop_lever_m: channel.stop_lever_m,
             wavelength_px: channel.wavelength_px,
             effects: channel.effects.iter().map(EffectFile::new).collect(),
-            added_effects: channel.added.iter().map(EffectFile::new).collect(),
+            added_effects: (channel.added.iter().map(EffectFile::new))
+                .chain(channel.picture.iter().map(|_| EffectFile::of_picture()))
+                .collect(),
         }
     }
 
@@ -113,6 +115,7 @@ impl PupilChannelFile {
         Ok(PupilChannel {
             effects: carried(self.effects)?,
             added: carried(self.added_effects)?,
+            picture: None,
             wavelength_px: self.wavelength_px,
             name: self.name,
             alpha: self.alpha.series(),
@@ -155,6 +158,14 @@ impl EffectFile {
             parameters: parameters
                 .map(|(parameter, values)| (parameter.name.to_owned(), SeriesFile::new(values)))
                 .collect(),
+        }
+    }
+
+    /// An effect that no reader knows, so that a profile is not read without its picture.
+    fn of_picture() -> Self {
+        Self {
+            id: "aperture_picture".to_owned(),
+            parameters: BTreeMap::new(),
         }
     }
 

@@ -84,6 +84,7 @@ fn pupil_profile() -> LensProfile {
             measured_vergence: (0.125, 1.0),
             stop_lever_m: 0.0,
             added: Vec::new(),
+            picture: None,
             wavelength_px: 0.0,
             effects: effects.collect(),
         }]),

@@ -6,7 +6,7 @@ use crate::effects::{
     Obstruction, Vignetting,
 };
 use crate::error::{Error, Result};
-use crate::lens::VergenceSeries;
+use crate::lens::{PictureMask, VergenceSeries};
 use crate::profile::{ProfileEffect, PupilChannel};
 
 /// Spherical aberration of the rim ray at the largest [`Look::spherical`], half frame widths: 7.7 px of a frame of 1920, as
@@ -86,8 +86,11 @@ impl Change<'_> {
         }
         // Light of far points lands on the side opposite to that of its ray in the pupil if alpha rises with vergence.
         let sign = rising(channel);
-        if let Some(picture) = look.picture {
-            insert(&mut channel.added, with_values(picture, &[-sign]));
+        if let Some(picture) = &look.picture {
+            channel.picture = Some(PictureMask {
+                picture: picture.clone(),
+                scale: -sign,
+            });
         }
         if look.squeeze != 1.0 {
             let carried = carried_or_added(channel, &Anamorphic);

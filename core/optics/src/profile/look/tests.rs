@@ -103,7 +103,7 @@ fn blades_are_counted_in_the_edge_of_a_disc() {
             if name == "anamorphic-75" && count == 6 {
                 continue;
             }
-            let lens = with(name, look);
+            let lens = with(name, look.clone());
             let mut pupil = green(&lens, AXIS, FAR).pupil.expect("rays");
             // The disc alone: its size, not the aberrations, shows the blades.
             pupil.wavefront = crate::lens::Wavefront::default();
@@ -167,7 +167,7 @@ fn squeeze_is_the_ratio_of_second_moments() {
             squeeze,
             ..Look::default()
         };
-        let lens = with(name, look);
+        let lens = with(name, look.clone());
         let tile = tile(&lens, &green(&lens, AXIS, FAR));
         let moment = |axis: usize| {
             let of = |(k, light): (usize, &f64)| {
@@ -192,7 +192,7 @@ fn an_obstruction_leaves_no_light_in_the_middle() {
             obstruction: 0.5,
             ..Look::default()
         };
-        let (plain, ring) = (with(name, Look::default()), with(name, look));
+        let (plain, ring) = (with(name, Look::default()), with(name, look.clone()));
         let radius = 2.0 * green(&plain, AXIS, FAR).moments.mu20.sqrt();
         let middle =
             |lens: &Predictor| between(&tile(lens, &green(lens, AXIS, FAR)), 0.0, 0.3 * radius);
@@ -307,7 +307,7 @@ fn cats_eyes_are_the_area_of_corner_discs() {
             cats_eye,
             ..Look::default()
         };
-        let lens = with(name, look);
+        let lens = with(name, look.clone());
         [AXIS, FieldPoint { x: 0.85, y: 0.45 }].map(|at| {
             let tile = tile(&lens, &green(&lens, at, vergence));
             let peak = tile.iter().fold(0.0_f64, |a, b| a.max(*b));
@@ -333,20 +333,19 @@ fn background_discs_show_the_picture_upright_and_foreground_discs_turned() {
     let samples: Vec<f32> = (0..80 * 80)
         .map(|k| f32::from(u8::from(k % 80 >= 40 && k / 80 < 40)))
         .collect();
-    let picture: &'static AperturePicture =
-        Box::leak(Box::new(AperturePicture::new(80, &samples).expect("lit")));
+    let picture = AperturePicture::new(80, &samples).expect("lit");
     let look = Look {
         picture: Some(picture),
         ..Look::default()
     };
     for name in ["modern-50", "soft-portrait-85"] {
-        let lens = with(name, look);
+        let lens = with(name, look.clone());
         for (vergence, upright) in [(FAR, true), (NEAR, false)] {
             let mut pupil = green(&lens, AXIS, vergence).pupil.expect("rays");
             // Diffraction and rays see the same picture.
             for wave_px in [0.0, 0.4] {
                 pupil.wave_px = wave_px;
-                let blur = LocalBlur::from_pupil(pupil, crate::field::Meridian::X);
+                let blur = LocalBlur::from_pupil(pupil.clone(), crate::field::Meridian::X);
                 let tile = tile(&lens, &blur);
                 let [x, y] = pupil.centroid();
                 let chief = [MIDDLE - x, MIDDLE - y];
@@ -414,42 +413,42 @@ fn bad_values_and_lenses_without_a_pupil_are_refused() {
         (
             Look {
                 squeeze: 0.1,
-                ..neutral
+                ..neutral.clone()
             },
             ["squeeze", "0.4 to 2.5"],
         ),
         (
             Look {
                 obstruction: 1.0,
-                ..neutral
+                ..neutral.clone()
             },
             ["obstruction", "0 to 0.9"],
         ),
         (
             Look {
                 cats_eye: 2.0,
-                ..neutral
+                ..neutral.clone()
             },
             ["cat's eye", "-1 to 1"],
         ),
         (
             Look {
                 spherical: -3.0,
-                ..neutral
+                ..neutral.clone()
             },
             ["spherical", "-1 to 1"],
         ),
         (
             Look {
                 axial_colour: 9.0,
-                ..neutral
+                ..neutral.clone()
             },
             ["axial colour", "-4 to 4"],
         ),
         (
             Look {
                 lateral_colour: f64::INFINITY,
-                ..neutral
+                ..neutral.clone()
             },
             ["lateral colour", "-4 to 4"],
         ),

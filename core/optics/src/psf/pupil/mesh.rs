@@ -183,7 +183,7 @@ impl<'a> Mesh<'a> {
     pub(super) fn transmission_rates(&self) -> Vec<Transmission> {
         let first = self.derivatives.len() - self.light_derivatives;
         let changing = self.derivatives[first..].iter();
-        changing.map(|d| d.transmission).collect()
+        changing.map(|d| d.transmission.clone()).collect()
     }
 
     /// Number of derivatives of each landing point.

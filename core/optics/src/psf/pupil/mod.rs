@@ -40,7 +40,7 @@ pub use workspace::{PsfImage, Workspace};
 pub struct Pupil;
 
 /// The derivative of a pupil with respect to one parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PupilDerivative {
     /// Derivative of the wavefront.
     pub wavefront: Wavefront,
@@ -185,7 +185,7 @@ fn draw_within(
         deposit,
     };
     let mesh = Mesh::new(pupil, derivatives, changing, extent.rings(detail));
-    rasterise(&mesh, pupil.transmission, &cells, space);
+    rasterise(&mesh, pupil.transmission.clone(), &cells, space);
     let pixels = width * height;
     out.light.resize(pixels, 0.0);
     out.derivatives
@@ -275,7 +275,7 @@ impl PsfModel for Pupil {
 
     fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
         let pupil = rays(blur);
-        Extent::of(&pupil).kernel_bounds(&pupil, pupil.centroid())
+        Extent::of(pupil).kernel_bounds(pupil, pupil.centroid())
     }
 
     fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
@@ -284,7 +284,7 @@ impl PsfModel for Pupil {
         let centroid = pupil.centroid();
         let mut drawn = PsfImage::default();
         draw(
-            &pupil,
+            pupil,
             &tile_grid(window, centroid),
             &[],
             Detail::FULL,
@@ -312,11 +312,11 @@ impl PsfModel for Pupil {
     ) -> bool {
         let (a, b) = (rays(blur), rays(other));
         let grid = blur.pixel_aspect == other.pixel_aspect;
-        let rest = |p: &LocalPupil| (p.transmission, p.squeeze, p.wave_px, p.sensor);
+        let rest = |p: &LocalPupil| (p.squeeze, p.wave_px, p.sensor);
         let obstructed = [a, b].map(|pupil| pupil.obstruction());
         let stops = a.stops().len() == b.stops().len()
             && obstructed[0].is_some() == obstructed[1].is_some();
-        if !grid || !stops || rest(&a) != rest(&b) {
+        if !grid || !stops || a.transmission != b.transmission || rest(a) != rest(b) {
             return false;
         }
         let shifted = (shift_px.0 - other_shift_px.0).hypot(shift_px.1 - other_shift_px.1);
@@ -370,8 +370,8 @@ fn draw_rows_with(
 ) {
     let pupil = rays(blur);
     let centroid = pupil.centroid();
-    let extent = Extent::of(&pupil);
-    let whole = KernelGrid::new(&extent.kernel_bounds(&pupil, centroid), shift_px);
+    let extent = Extent::of(pupil);
+    let whole = KernelGrid::new(&extent.kernel_bounds(pupil, centroid), shift_px);
     // The light of diffraction and of the sensor is divided by its sum over the whole kernel.
     let of_rays = !pupil.diffracts() && pupil.sensor.is_ideal();
     let part = (reach.filter(|_| of_rays)).and_then(|reach| whole.cropped(reach));
@@ -379,15 +379,7 @@ fn draw_rows_with(
     let window = grid.samples;
     let (mut space, mut drawn) = std::mem::take(&mut rows.scratch);
     let pixels = tile_grid(&window, centroid);
-    draw_within(
-        &extent,
-        &pupil,
-        &pixels,
-        &[],
-        detail,
-        &mut space,
-        &mut drawn,
-    );
+    draw_within(&extent, pupil, &pixels, &[], detail, &mut space, &mut drawn);
     rows.copy_from_image(&drawn.light, grid.left, grid.top, window.width);
     if part.is_some() {
         rows.set_sum(1.0);
@@ -411,7 +403,6 @@ fn tile_grid(window: &SampleGrid, centroid: [f64; 2]) -> TileGrid {
 ///
 /// # Panics
 /// If they are missing: callers check [`PsfModel::needs_rays`] against the lens first.
-fn rays(blur: &LocalBlur) -> LocalPupil {
-    blur.pupil
-        .expect("the model `pupil` needs a lens of the kind `pupil`")
+fn rays(blur: &LocalBlur) -> &LocalPupil {
+    (blur.pupil.as_ref()).expect("the model `pupil` needs a lens of the kind `pupil`")
 }

@@ -237,7 +237,7 @@ fn ray_spectrum(
         per_pixel: cells,
         deposit,
     };
-    rasterise(&mesh, pupil.transmission, &cell_grid, space);
+    rasterise(&mesh, pupil.transmission.clone(), &cell_grid, space);
     let mut lines = space.fourier.buffer(0);
     let mut values = grid.forward(&mut space.canvas.light, usize::MAX, &mut lines);
     space.fourier.keep(lines);

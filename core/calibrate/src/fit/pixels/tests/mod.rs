@@ -45,6 +45,7 @@ fn planted(random: &mut SplitMix64) -> PupilChannel {
         distortion: constant(0.0),
         stop_lever_m: 0.0,
         added: Vec::new(),
+        picture: None,
         wavelength_px: 0.0,
         measured_vergence: (1.0 / 6.0, 0.5),
     }

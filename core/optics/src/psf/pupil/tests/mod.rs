@@ -263,7 +263,7 @@ fn compare_derivatives(scale: f64) {
                     radius: stop.radius + by * rate.radius,
                 });
             }
-            let rates = derivative.transmission;
+            let rates = &derivative.transmission;
             let rates = [rates.square, rates.fourth, rates.centre[0], rates.centre[1]];
             p.transmission = transmission([0, 1, 2, 3].map(|k| filter[k] + by * rates[k]));
             p

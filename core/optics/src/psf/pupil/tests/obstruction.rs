@@ -100,7 +100,7 @@ fn diffraction_keeps_the_middle_of_a_defocused_disc_dark() {
 #[test]
 fn bounds_and_moments_hold_the_light() {
     let pupil = obstructed(disc_of(9.0), 0.2, 0.5);
-    let blur = LocalBlur::from_pupil(pupil, crate::field::Meridian::X);
+    let blur = LocalBlur::from_pupil(pupil.clone(), crate::field::Meridian::X);
     let bounds = Pupil.kernel_bounds(&blur);
     let (moments, centroid) = pupil.moments();
     let image = drawn(&pupil, &square((-20.0, -20.0), 40), Detail::FULL);

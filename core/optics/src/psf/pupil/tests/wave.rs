@@ -227,7 +227,7 @@ fn large_aberrations_agree_with_rays() {
         };
         let at = FieldPoint::new(0.6, 0.3);
         let rays = LocalPupil::circular(Wavefront::third_order(&numbers, at), blur);
-        let waves = diffracting(q, rays);
+        let waves = diffracting(q, rays.clone());
         let (a, b) = (
             drawn(&waves, corner, (side, side)),
             drawn(&rays, corner, (side, side)),
@@ -235,7 +235,7 @@ fn large_aberrations_agree_with_rays() {
         assert!(energy(&a, &b) < most, "{q}: {}", energy(&a, &b));
         let mut hard = difficult(q, 12.0);
         hard.blur_variance_px2 = blur;
-        let rays = diffracting(0.0, hard);
+        let rays = diffracting(0.0, hard.clone());
         let (a, b) = (
             drawn(&hard, corner, (side, side)),
             drawn(&rays, corner, (side, side)),
@@ -281,7 +281,7 @@ fn the_centroid_is_that_of_the_rays() {
     };
     let at = FieldPoint::new(0.6, 0.3);
     let rays = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
-    let waves = diffracting(1.5, rays);
+    let waves = diffracting(1.5, rays.clone());
     let c = rays.centroid();
     let side = 161;
     let half = side as f64 / 2.0;

@@ -488,7 +488,7 @@ fn a_blur_that_cannot_be_drawn_is_refused() {
     ] {
         let lens = Lens {
             channel_count: 1,
-            blur: |_, _, _| bad,
+            blur: |_, _, _| bad.clone(),
         };
         let samples = vec![1.0; 12];
         let planes = [Plane {
@@ -515,11 +515,11 @@ fn unphysical_moments_keep_all_light() {
         constant(1e-9, 200.0, -1e300),
     ]
     .into_iter()
-    .flat_map(|blur| models().map(move |model| (blur, model)))
+    .flat_map(|blur| models().map(move |model| (blur.clone(), model)))
     {
         let lens = Lens {
             channel_count: 1,
-            blur: |_, _, _| blur,
+            blur: |_, _, _| blur.clone(),
         };
         let samples = plate(6, 5, 8);
         let planes = [Plane {
