@@ -84,6 +84,30 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
+    /// Projects store these names and the indices of options. New lines may be added; no other line changes.
+    #[test]
+    fn knobs_keep_their_names_options_and_order() {
+        let text = |text: &CStr| text.to_string_lossy().into_owned();
+        let mut found = String::new();
+        for group in ALL {
+            found += &format!("{}\n", text(group.name));
+            for knob in group.knobs {
+                let kind = match knob.kind {
+                    Kind::Number { default, .. } => format!("number = {default}"),
+                    Kind::Pair { default, .. } => format!("pair = {default:?}"),
+                    Kind::Switch(default) => format!("switch = {default}"),
+                    Kind::Choice { default, options } => {
+                        let options: Vec<_> = options.iter().map(|option| text(option)).collect();
+                        format!("choice {} = {default}", options.join("|"))
+                    }
+                    other => format!("{other:?}"),
+                };
+                found += &format!("  {} ({}): {kind}\n", text(knob.name), text(knob.label));
+            }
+        }
+        assert_eq!(found, include_str!("names.txt"), "found:\n{found}");
+    }
+
     #[test]
     fn names_are_unique_and_defaults_lie_in_their_ranges() {
         let mut names = BTreeSet::new();
