@@ -14,6 +14,12 @@ const IMPURE: [&str; 7] = [
     "thread_local!",
 ];
 
+/// Parts of the names of types whose values change behind a shared reference.
+const INTERIOR_MUTABILITY: [&str; 6] = ["Mutex", "RwLock", "Once", "Lazy", "Cell", "Atomic"];
+
+/// Statics of the core that are computed once, from constants alone.
+const COMPUTED_CONSTANTS: [&str; 3] = ["EXACT_TAPS", "FEW_DIRECTIONS", "MORE_DIRECTIONS"];
+
 /// Packages that may contain `unsafe`: the layers between Rust and C, and their tests, the attack among them.
 const MAY_BE_UNSAFE: [&str; 6] = [
     "seidel-attack",
@@ -71,7 +77,27 @@ fn check_pure(tree: &Tree, package: &Package, problems: &mut Vec<String>) {
                 problems.push(format!("{}: the core must not use {name}", file.path));
             }
         }
+        let is_test = file.path.ends_with("/tests.rs") || file.path.contains("/tests/");
+        for name in mutable_statics(&file.text).filter(|_| !is_test) {
+            problems.push(format!(
+                "{}: the core must not keep state in the static {name}",
+                file.path
+            ));
+        }
     }
+}
+
+/// Returns the names of statics that may change, constants that are computed once excepted.
+fn mutable_statics(text: &str) -> impl Iterator<Item = &str> {
+    let declarations = text.split("static ").skip(1);
+    declarations.filter_map(|rest| {
+        let (name, of_type) = rest.split_once(": ")?;
+        let of_type = of_type.split('=').next()?;
+        let changes = INTERIOR_MUTABILITY
+            .iter()
+            .any(|word| of_type.contains(word));
+        (changes && !COMPUTED_CONSTANTS.contains(&name)).then_some(name)
+    })
 }
 
 fn check_trial(file: &TextFile, problems: &mut Vec<String>) {
@@ -93,5 +119,17 @@ fn check_trial(file: &TextFile, problems: &mut Vec<String>) {
                 "{path}: import each module of {root} in its own `use`"
             ));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statics_that_change_are_found() {
+        let text = "static A: Mutex<u8> = Mutex::new(0);\n    static B: OnceLock<f64> = x;\npub static C: &[u8] = &[];\n\
+                    static EXACT_TAPS: LazyLock<u8> = y;\nfn a(b: &'static str) { let c: RefCell<u8> = d; }";
+        assert_eq!(mutable_statics(text).collect::<Vec<_>>(), ["A", "B"]);
     }
 }
