@@ -163,7 +163,7 @@ pub unsafe extern "C" fn seidel_remove(
             args.write(&image, plate.extent())?;
             maps.write(plate.extent(), &ones, &ones);
         } else {
-            let session = settings.session_of_plate(&lens)?;
+            let session = settings.session_of_plate(&lens, plate.colour_count())?;
             let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             let noise_gain = maps.noise_gain_use();
             let sharp = args.run(move |progress| sharpen(&prepared, noise_gain, progress))?;

@@ -406,12 +406,17 @@ impl Settings {
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }
 
-    /// Sets `lens`, which a plate was taken with, to these settings without their look.
+    /// Sets `lens`, which a plate of `colour_count` colours was taken with, to these settings without their look.
     ///
     /// # Errors
     /// Those of [`Self::session`].
-    pub(crate) fn session_of_plate(&self, lens: &Lens) -> Result<Arc<LensSession>> {
-        let settings = self.to_core(lens)?;
+    pub(crate) fn session_of_plate(
+        &self,
+        lens: &Lens,
+        colour_count: usize,
+    ) -> Result<Arc<LensSession>> {
+        let mut settings = self.to_core(lens)?;
+        settings.removal.noise.truncate(colour_count);
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }
 

@@ -64,7 +64,7 @@ def test_settings(lens, image, changes, message):
 
 def test_noise_of_each_colour(lens, image):
     for function in (seidel.remove, seidel.remove_with_maps, seidel.blur_share):
-        with pytest.raises(seidel.InvalidInput, match="noise: has 2 values; give one for all"):
+        with pytest.raises(seidel.InvalidInput, match="noise: has 2 values for a plate of 3 colours; give one value"):
             function(lens, image, 3.0, settings=Settings(noise=[0.01, 0.02]))
 
 

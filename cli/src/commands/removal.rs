@@ -9,8 +9,6 @@ use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_b
 use super::CommandError;
 use super::plates::{FrameFiles, LoadedPlate, PlateReader, Run};
 use lens_check::{LensCheck, OnMismatch};
-use seidel_image_io::error::FileError;
-use seidel_image_io::plate::Plate;
 
 pub(super) use lens_check::Task;
 
@@ -70,21 +68,6 @@ pub(super) struct Removal<'a> {
 }
 
 impl RemovalArgs {
-    /// Rejects a number of noise levels that is neither one nor that of the plate's colours.
-    fn check_noise(&self, plate: &Plate) -> Result<(), CommandError> {
-        let names = plate.colour_names();
-        if self.noise.len() <= 1 || self.noise.len() == names.len() {
-            return Ok(());
-        }
-        Err(FileError::new(
-            plate.path(),
-            "--noise",
-            format!("has {} values", self.noise.len()),
-            format!("give one for all, or one each for {}", names.join(", ")),
-        )
-        .into())
-    }
-
     /// Returns the settings of a removal.
     pub(super) fn settings(&self) -> RemovalSettings {
         RemovalSettings {
@@ -154,9 +137,7 @@ impl<'a> Removal<'a> {
 
     /// Reads the plate of the frame at `index`.
     pub(super) fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        let loaded = self.reader.read(self.frame(index), index)?;
-        self.args.check_noise(&loaded.plate)?;
-        Ok(loaded)
+        self.reader.read(self.frame(index), index)
     }
 
     /// Returns an upper bound of the memory that a frame takes, bytes.
