@@ -1,5 +1,5 @@
-//! Layering that Cargo cannot enforce: the core is pure, files are opened in one place, and the sealed trial cases do
-//! not use the model that they test.
+//! Layering that Cargo cannot enforce: the core is pure and knows nothing of the command, files are opened in one place, and the
+//! sealed trial cases do not use the model that they test.
 
 use crate::workspace::{Package, TextFile, Tree};
 
@@ -77,27 +77,50 @@ fn check_pure(tree: &Tree, package: &Package, problems: &mut Vec<String>) {
                 problems.push(format!("{}: the core must not use {name}", file.path));
             }
         }
-        let is_test = file.path.ends_with("/tests.rs") || file.path.contains("/tests/");
-        for name in mutable_statics(&file.text).filter(|_| !is_test) {
+        if file.path.ends_with("/tests.rs") || file.path.contains("/tests/") {
+            continue;
+        }
+        for name in mutable_statics(&file.text) {
             problems.push(format!(
                 "{}: the core must not keep state in the static {name}",
                 file.path
             ));
+        }
+        let product = file.text.split("#[cfg(test)]\nmod tests {").next();
+        for (index, line) in product.unwrap_or("").lines().enumerate() {
+            if names_command(line) {
+                problems.push(format!(
+                    "{}:{}: the core must not name options of the command, as other callers see its messages too",
+                    file.path,
+                    index + 1
+                ));
+            }
         }
     }
 }
 
 /// Returns the names of statics that may change, constants that are computed once excepted.
 fn mutable_statics(text: &str) -> impl Iterator<Item = &str> {
-    let declarations = text.split("static ").skip(1);
-    declarations.filter_map(|rest| {
-        let (name, of_type) = rest.split_once(": ")?;
+    text.match_indices("static ").filter_map(|(at, word)| {
+        // The lifetime is no declaration.
+        let declaration = (!text[..at].ends_with('\'')).then(|| &text[at + word.len()..])?;
+        let (name, of_type) = declaration.split_once(": ")?;
         let of_type = of_type.split('=').next()?;
         let changes = INTERIOR_MUTABILITY
             .iter()
             .any(|word| of_type.contains(word));
         (changes && !COMPUTED_CONSTANTS.contains(&name)).then_some(name)
     })
+}
+
+/// Returns whether a line of code has an option or a subcommand of the command, comments excepted.
+fn names_command(line: &str) -> bool {
+    let is_option = |(at, _): (usize, &str)| {
+        let name = line[at + 2..].chars().next();
+        name.is_some_and(|c| c.is_ascii_lowercase())
+    };
+    let has_any = line.contains("`seidel ") || line.match_indices("--").any(is_option);
+    has_any && !line.trim_start().starts_with("//")
 }
 
 fn check_trial(file: &TextFile, problems: &mut Vec<String>) {
@@ -131,5 +154,11 @@ mod tests {
         let text = "static A: Mutex<u8> = Mutex::new(0);\n    static B: OnceLock<f64> = x;\npub static C: &[u8] = &[];\n\
                     static EXACT_TAPS: LazyLock<u8> = y;\nfn a(b: &'static str) { let c: RefCell<u8> = d; }";
         assert_eq!(mutable_statics(text).collect::<Vec<_>>(), ["A", "B"]);
+    }
+
+    #[test]
+    fn options_and_subcommands_are_found() {
+        assert!(names_command("\"give --near\"") && names_command("\"run `seidel fit`\""));
+        assert!(!names_command("/// as --near gives it") && !names_command("a - -b"));
     }
 }

@@ -4,6 +4,7 @@ use clap::Args;
 use seidel_measure::capture_plan::{CapturePlan, CapturedLens, PlannedDistance};
 use serde_json::{Value, json};
 
+use super::by_option;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::significant;
@@ -64,7 +65,7 @@ pub(super) fn run(args: &PlanArgs, console: &mut Console) -> Result<(), CommandE
         far_m: args.far_m,
         count: args.count,
     };
-    let plan = lens.plan()?;
+    let plan = lens.plan().map_err(by_option)?;
     if args.json {
         let report = report_json(&plan);
         console.print(format!("{report:#}"));

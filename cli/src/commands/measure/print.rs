@@ -10,6 +10,7 @@ use seidel_image_io::formats::png::write_rgb8;
 use seidel_measure::printed::{self, Medium, Sheet, Viewing};
 use serde_json::json;
 
+use super::by_option;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::printed::{PrintFormat, pdf, picture, svg};
@@ -165,7 +166,7 @@ impl PrintArgs {
             Kind::Lights => printed::lights(medium, &viewing, self.seed),
             Kind::Board => printed::board(medium, &viewing),
         };
-        Ok(sheet?)
+        sheet.map_err(by_option)
     }
 
     fn medium(&self) -> Result<Medium, CommandError> {

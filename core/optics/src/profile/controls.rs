@@ -67,7 +67,7 @@ impl LensProfile {
             return Err(Error::new(
                 "lens controls",
                 "need a lens profile of the kind `pupil`; this one has the kind `moments`",
-                "fit the lens with `--model reduced`, or leave focus, f-number and sensor as measured",
+                "fit the lens with the reduced model, or leave focus, f-number and sensor as measured",
             )
             .with_kind(ErrorKind::Unsupported));
         };

@@ -198,7 +198,7 @@ impl LensProfile {
             return Err(Error::new(
                 "look",
                 "needs a lens profile of the kind `pupil`; this one has the kind `moments`, which says nothing about the pupil",
-                "fit the lens with `--model reduced`, or leave the look as measured",
+                "fit the lens with the reduced model, or leave the look as measured",
             )
             .with_kind(ErrorKind::Unsupported));
         };
