@@ -61,7 +61,7 @@ fn the_gradient_is_that_of_the_misfit() {
     let sets = std::slice::from_ref(&set);
     let settings = PupilSettings {
         support: Support::AllPixels,
-        ..PupilSettings::default()
+        ..reduced()
     };
     let measured = measure(sets, settings.support, &mut Vec::new());
     let held_out = vec![false; measured.len()];
