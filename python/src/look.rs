@@ -65,13 +65,8 @@ fn picture(array: &Bound<'_, PyAny>) -> Result<AperturePicture> {
             ));
         }
     };
-    let share = 1.0 / colours.len() as f32;
-    let mut samples = vec![0.0; layout.width * layout.height];
-    for colour in colours {
-        (samples.iter_mut().zip(colour)).for_each(|(sum, v)| *sum += share * v);
-    }
-    if let Some(alpha) = alpha {
-        (samples.iter_mut().zip(alpha)).for_each(|(sample, alpha)| *sample *= alpha);
-    }
+    let colours: Vec<&[f32]> = colours.iter().map(Vec::as_slice).collect();
+    let pixels = layout.width * layout.height;
+    let samples = AperturePicture::transmission(pixels, &colours, alpha.map(Vec::as_slice));
     Ok(AperturePicture::new(layout.width, &samples)?)
 }
