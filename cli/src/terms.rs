@@ -1,7 +1,7 @@
 //! The options and commands behind the terms of messages that come from the libraries.
 
 /// Terms of the libraries, each with what a user of the command gives or runs for it.
-const TERMS: [(&str, &str); 13] = [
+const TERMS: [(&str, &str); 14] = [
     ("reduced model", "--model reduced"),
     ("extended model", "--model extended"),
     ("as a fit writes it", "seidel fit"),
@@ -10,6 +10,7 @@ const TERMS: [(&str, &str); 13] = [
     ("picture that was printed", "--chart"),
     ("four corners", "--at"),
     ("larger sheet", "--paper"),
+    ("one value for all colours", "--noise"),
     ("whole plate one distance", "--distance"),
     ("depth kind", "--depth-kind"),
     ("depth unit", "--depth-unit"),
@@ -19,13 +20,10 @@ const TERMS: [(&str, &str); 13] = [
 
 /// Returns `message` with the option or command behind each of its [`TERMS`].
 pub(crate) fn with_options(message: &str) -> String {
-    let mut message = message.to_owned();
-    for (term, option) in TERMS {
-        if !message.contains(option) {
-            message = message.replacen(term, &format!("{term} ({option})"), 1);
-        }
-    }
-    message
+    let missing = TERMS.iter().filter(|(_, option)| !message.contains(option));
+    missing.fold(message.to_owned(), |message, (term, option)| {
+        message.replacen(term, &format!("{term} ({option})"), 1)
+    })
 }
 
 #[cfg(test)]

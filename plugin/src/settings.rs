@@ -406,17 +406,13 @@ impl Settings {
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }
 
-    /// Sets `lens`, which a plate of `colour_count` colours was taken with, to these settings without their look.
+    /// Sets `lens`, which a plate of so many `colours` was taken with, to these settings without their look.
     ///
     /// # Errors
     /// Those of [`Self::session`].
-    pub(crate) fn session_of_plate(
-        &self,
-        lens: &Lens,
-        colour_count: usize,
-    ) -> Result<Arc<LensSession>> {
+    pub(crate) fn session_of_plate(&self, lens: &Lens, colours: usize) -> Result<Arc<LensSession>> {
         let mut settings = self.to_core(lens)?;
-        settings.removal.noise.truncate(colour_count);
+        settings.removal.noise.truncate(colours);
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }
 
