@@ -13,7 +13,7 @@ use crate::light_scale::LightScale;
 use crate::margins::Margins;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
-use crate::plate::{LensScale, Plate, PlateGeometry};
+use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry};
 use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
 use crate::rendering::Rendering;
@@ -49,19 +49,14 @@ impl LensSession {
     /// Planes of wrong size or with samples that are not finite, a colour for which the lens has no channel, a depth pass
     /// where the lens was measured at one distance, and a depth pass or matte that cannot be read.
     pub fn prepare(self: &Arc<Self>, plate: Plate) -> Result<PreparedPlate> {
-        let depth = PreparedDepth::new(self, &plate.geometry, plate.depth)?;
-        let holdout = plate.holdout.map(|matte| {
-            let holdout = PreparedHoldout::new(self, &plate.geometry, matte);
-            holdout.map_err(|e| e.within("holdout"))
-        });
-        let background = plate.background.map(|background| {
-            let background = PreparedBackground::new(self, &plate.geometry, background);
-            background.map_err(|e| e.within("background"))
-        });
-        let mut prepared =
-            self.prepare_parts(plate.image, plate.geometry, depth, holdout.transpose()?)?;
-        if let Some(background) = background.transpose()? {
-            prepared.set_background(background)?;
+        let geometry = plate.geometry;
+        let depth = PreparedDepth::new(self, &geometry, plate.depth)?;
+        let holdout = (plate.holdout).map(|matte| PreparedHoldout::new(self, &geometry, matte));
+        let holdout = holdout.transpose().map_err(|e| e.within("holdout"))?;
+        let mut prepared = self.prepare_parts(plate.image, geometry, depth, holdout)?;
+        if let Some(background) = plate.background {
+            let background = PreparedBackground::new(self, &geometry, background);
+            prepared.set_background(background.map_err(|e| e.within("background"))?)?;
         }
         Ok(prepared)
     }
@@ -180,9 +175,13 @@ impl PreparedPlate {
     }
 
     /// Adds a holdout matte.
-    #[must_use]
-    pub fn with_holdout(self, holdout: Option<PreparedHoldout>) -> Self {
-        Self { holdout, ..self }
+    ///
+    /// # Errors
+    /// Those of [`PreparedHoldout::new`].
+    pub fn set_holdout(&mut self, matte: HoldoutMatte) -> Result<()> {
+        let holdout = PreparedHoldout::new(&self.session, &self.geometry, matte)?;
+        self.holdout = Some(holdout);
+        Ok(())
     }
 
     /// Adds a background.
