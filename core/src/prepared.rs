@@ -373,28 +373,18 @@ impl PreparedPlate {
         let settings = self.session.settings();
         self.session
             .with_optics(&self.placement, self.depth.vergence(), |optics| {
-                let refocused = self.holdout.as_ref().and_then(|holdout| {
-                    let pass = holdout.vergence()?;
-                    optics.focus_remap.map(|range| refocus(range, pass))
-                });
-                let holdout = self.holdout.as_ref().map(|holdout| Holdout {
+                let refocus = |vergence| refocus(optics.focus_remap, vergence);
+                let holdout = self.holdout.as_ref();
+                let holdout_vergence = holdout.and_then(PreparedHoldout::vergence).map(refocus);
+                let holdout = holdout.map(|holdout| Holdout {
                     matte: holdout.matte(),
-                    vergence: refocused
-                        .as_ref()
-                        .map(Refocused::pass)
-                        .or(holdout.vergence()),
+                    vergence: holdout_vergence.as_ref().map(Refocused::pass),
                 });
-                let background_planes = background.map(PreparedBackground::planes);
-                let background_vergence = background.map(PreparedBackground::vergence);
-                let remapped = background_vergence.and_then(|pass| {
-                    let range = optics.focus_remap?;
-                    Some(refocus(range, pass))
+                let behind = background.map(|own| (own.planes(), refocus(own.vergence())));
+                let background = behind.as_ref().map(|(planes, vergence)| Background {
+                    planes,
+                    vergence: vergence.pass(),
                 });
-                let background_vergence =
-                    (remapped.as_ref().map(Refocused::pass)).or(background_vergence);
-                let background = background_planes.as_deref().zip(background_vergence);
-                let background =
-                    background.map(|(planes, vergence)| Background { planes, vergence });
                 let occlusion = settings.occlusion.map(|occlusion| Occlusion {
                     fill_foreground: occlusion.fill_foreground,
                     blur_inside: occlusion.blur_inside,

@@ -1,5 +1,7 @@
 //! A lens with the settings of a run, checked before any plate is read.
 
+use std::borrow::Cow;
+
 use seidel_optics::BlurField;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
@@ -29,7 +31,7 @@ pub struct LensSession {
 /// The optics of a plate, and the focus settings that made its vergences.
 pub(crate) struct PlateOptics<'a> {
     pub(crate) scene: Scene<'a>,
-    /// Focus range by which the vergences of a holdout are to be changed; `None` where they stay.
+    /// Focus range by which the vergences of holdout and background are to be changed; `None` where they stay.
     pub(crate) focus_remap: Option<&'a FocusRemap>,
 }
 
@@ -208,7 +210,7 @@ impl LensSession {
         } else {
             Some(FocusRemap::new(lens, placement.extent(), &self.focus)?)
         };
-        let refocused = focus_remap.as_ref().map(|range| refocus(range, vergence));
+        let refocused = refocus(focus_remap.as_ref(), vergence);
         then(&PlateOptics {
             scene: Scene {
                 lens,
@@ -216,7 +218,7 @@ impl LensSession {
                 width: placement.width,
                 height: placement.height,
                 map,
-                vergence: refocused.as_ref().map_or(vergence, Refocused::pass),
+                vergence: refocused.pass(),
                 edges: seidel_render::Edges::Mirror,
                 displacement: self.settings.displacement,
             },
@@ -235,12 +237,12 @@ impl LensSession {
 }
 
 /// Vergences changed by focus settings.
-pub(crate) enum Refocused {
+pub(crate) enum Refocused<'v> {
     Constant(f64),
-    PerPixel(Vec<f32>),
+    PerPixel(Cow<'v, [f32]>),
 }
 
-impl Refocused {
+impl Refocused<'_> {
     pub(crate) fn pass(&self) -> VergencePass<'_> {
         match self {
             Self::Constant(vergence) => VergencePass::Constant(*vergence),
@@ -249,14 +251,16 @@ impl Refocused {
     }
 }
 
-/// Changes vergences by the focus settings of `range`.
-pub(crate) fn refocus(range: &FocusRemap, vergence: VergencePass) -> Refocused {
+/// Changes vergences by the focus settings of `range`, if any.
+pub(crate) fn refocus<'v>(range: Option<&FocusRemap>, vergence: VergencePass<'v>) -> Refocused<'v> {
     match vergence {
-        VergencePass::Constant(vergence) => Refocused::Constant(range.vergence(vergence)),
-        VergencePass::PerPixel(pass) => {
-            let refocused = pass.iter().map(|v| range.vergence(f64::from(*v)) as f32);
-            Refocused::PerPixel(refocused.collect())
+        VergencePass::Constant(vergence) => {
+            Refocused::Constant(range.map_or(vergence, |range| range.vergence(vergence)))
         }
+        VergencePass::PerPixel(pass) => Refocused::PerPixel(range.map_or(pass.into(), |range| {
+            let refocused = pass.iter().map(|v| range.vergence(f64::from(*v)) as f32);
+            refocused.collect()
+        })),
     }
 }
 

@@ -142,7 +142,7 @@ pub(super) fn run(
         lenses: vec![("Lens", &args.lens)],
     };
     let run = (args.shared.run).begin("removing blur", &files, command_line, console)?;
-    for path in run.frames().iter().flat_map(|frame| &frame.written) {
+    for (_, path) in run.frames().iter().flat_map(|frame| &frame.written) {
         exr::FORMAT.check_name(path)?;
     }
     reader.check_animation(&run)?;

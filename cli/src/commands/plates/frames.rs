@@ -30,8 +30,8 @@ pub(crate) struct FrameFiles {
     pub(crate) input: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) read: SideInputs,
-    /// In the order of [`Files::written`].
-    pub(crate) written: Vec<PathBuf>,
+    /// Other images to write, each with its option.
+    pub(crate) written: Vec<(&'static str, PathBuf)>,
 }
 
 impl Files<'_> {
@@ -41,12 +41,13 @@ impl Files<'_> {
             Some(number) => FramePattern::parse(pattern).path(number),
             None => pattern.to_owned(),
         };
+        let written = (self.written.iter()).map(|(option, file)| (*option, path(file)));
         FrameFiles {
             number,
             input: path(self.input),
             output: path(self.output),
             read: self.read.with_paths(path),
-            written: self.written.iter().map(|(_, file)| path(file)).collect(),
+            written: written.collect(),
         }
     }
 }
@@ -54,8 +55,11 @@ impl Files<'_> {
 impl FrameFiles {
     /// Returns the paths of all outputs.
     pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
-        let outputs = [&self.output].into_iter().chain(&self.written);
-        outputs.map(PathBuf::as_path)
+        let written = self.written.iter().map(|(_, path)| path);
+        [&self.output]
+            .into_iter()
+            .chain(written)
+            .map(PathBuf::as_path)
     }
 
     /// Rejects an output of no writable format, and one that would replace another output, an input or a lens.

@@ -184,10 +184,9 @@ impl FrameWork for Job<'_> {
             plate.quantise();
         }
         let mut side_files = Vec::new();
-        let paths = &self.removal.frame(index).written;
-        for ((option, _), path) in self.args.side_files().into_iter().zip(paths) {
+        for (option, path) in &self.removal.frame(index).written {
             let removed = removed.as_ref();
-            side_files.push(if option == "--residual" {
+            side_files.push(if *option == "--residual" {
                 let residual = self.residual(index, &loaded, &plate, removed, path)?;
                 SideFile::Residual(Box::new(residual))
             } else {
