@@ -17,7 +17,7 @@ use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry};
 use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
 use crate::rendering::Rendering;
-use crate::session::{LensSession, PlateOptics, Refocused, refocus};
+use crate::session::{FocusedVergence, LensSession, PlateOptics, refocus};
 use crate::settings::Edges;
 use seidel_optics::Progress;
 
@@ -378,7 +378,7 @@ impl PreparedPlate {
                 let holdout_vergence = holdout.and_then(PreparedHoldout::vergence).map(refocus);
                 let holdout = holdout.map(|holdout| Holdout {
                     matte: holdout.matte(),
-                    vergence: holdout_vergence.as_ref().map(Refocused::pass),
+                    vergence: holdout_vergence.as_ref().map(FocusedVergence::pass),
                 });
                 let behind = background.map(|own| (own.planes(), refocus(own.vergence())));
                 let background = behind.as_ref().map(|(planes, vergence)| Background {

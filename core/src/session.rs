@@ -1,7 +1,5 @@
 //! A lens with the settings of a run, checked before any plate is read.
 
-use std::borrow::Cow;
-
 use seidel_optics::BlurField;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
@@ -236,15 +234,17 @@ impl LensSession {
     }
 }
 
-/// Vergences changed by focus settings.
-pub(crate) enum Refocused<'v> {
+/// Vergences, changed by focus settings if there are any.
+pub(crate) enum FocusedVergence<'v> {
+    Unchanged(VergencePass<'v>),
     Constant(f64),
-    PerPixel(Cow<'v, [f32]>),
+    PerPixel(Vec<f32>),
 }
 
-impl Refocused<'_> {
+impl FocusedVergence<'_> {
     pub(crate) fn pass(&self) -> VergencePass<'_> {
         match self {
+            Self::Unchanged(vergence) => *vergence,
             Self::Constant(vergence) => VergencePass::Constant(*vergence),
             Self::PerPixel(pass) => VergencePass::PerPixel(pass),
         }
@@ -252,15 +252,19 @@ impl Refocused<'_> {
 }
 
 /// Changes vergences by the focus settings of `range`, if any.
-pub(crate) fn refocus<'v>(range: Option<&FocusRemap>, vergence: VergencePass<'v>) -> Refocused<'v> {
+pub(crate) fn refocus<'v>(
+    range: Option<&FocusRemap>,
+    vergence: VergencePass<'v>,
+) -> FocusedVergence<'v> {
+    let Some(range) = range else {
+        return FocusedVergence::Unchanged(vergence);
+    };
     match vergence {
-        VergencePass::Constant(vergence) => {
-            Refocused::Constant(range.map_or(vergence, |range| range.vergence(vergence)))
-        }
-        VergencePass::PerPixel(pass) => Refocused::PerPixel(range.map_or(pass.into(), |range| {
+        VergencePass::Constant(vergence) => FocusedVergence::Constant(range.vergence(vergence)),
+        VergencePass::PerPixel(pass) => {
             let refocused = pass.iter().map(|v| range.vergence(f64::from(*v)) as f32);
-            refocused.collect()
-        })),
+            FocusedVergence::PerPixel(refocused.collect())
+        }
     }
 }
 
