@@ -146,20 +146,6 @@ impl ApplyArgs {
         let edges = EdgeChoice::of_edges(edges);
         rendering_record(self.quality, edges, &self.occlusion.record())
     }
-
-    /// Returns the files read beside the plate.
-    fn side_inputs(&self) -> SideInputs {
-        let occlusion = &self.occlusion;
-        SideInputs {
-            depth: self.shared.depth.depth.clone(),
-            holdout: occlusion.holdout.clone(),
-            holdout_depth: occlusion.holdout_depth.clone(),
-            background: occlusion.background.as_ref().map(PathBuf::from),
-            background_depth: occlusion.background_depth.clone(),
-            residual: self.residual.clone(),
-            aperture_picture: self.look.files().next().map(Path::to_owned),
-        }
-    }
 }
 
 fn rendering_record(quality: QualityChoice, edges: EdgeChoice, occlusion: &str) -> SettingsRecord {
@@ -197,7 +183,12 @@ pub(super) fn run(
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: args.side_inputs(),
+        read: SideInputs {
+            depth: args.shared.depth.depth.clone(),
+            residual: args.residual.clone(),
+            aperture_picture: args.look.files().next().map(Path::to_owned),
+            ..args.occlusion.side_inputs()
+        },
         written: Vec::new(),
         lenses: vec![("Lens", &args.lens)],
     };

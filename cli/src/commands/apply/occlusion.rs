@@ -1,11 +1,13 @@
 //! Options about occlusion, holdouts and backgrounds.
 
+use std::path::PathBuf;
+
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, ValueEnum};
 use seidel_core::OcclusionSettings;
 
 use crate::commands::CommandError;
-use crate::commands::plates::channel_parser;
+use crate::commands::plates::{SideInputs, channel_parser};
 use seidel_image_io::image_channel::ChannelSpec;
 
 /// Options about occlusion, and about what lies before and behind the plate.
@@ -26,19 +28,19 @@ pub(super) struct OcclusionArgs {
     ///
     /// The light of the plate is held out where the matte covers it, sharp to the pixel.
     #[arg(long, value_name = "FILE[:CHANNEL]", value_parser = channel_parser())]
-    pub(super) holdout: Option<ChannelSpec>,
+    holdout: Option<ChannelSpec>,
     /// Depth pass of the holdout, with the meaning of the plate's: only light from behind the object is held out
     #[arg(long, value_name = "FILE[:CHANNEL]", requires = "holdout", value_parser = channel_parser())]
-    pub(super) holdout_depth: Option<ChannelSpec>,
+    holdout_depth: Option<ChannelSpec>,
     /// The plate without its foreground (a clean plate), or a frame pattern: shown where the blur of the foreground uncovers
     /// it, instead of an estimate
     ///
     /// Its depth is its own Z channel or --background-depth, with the meaning of the plate's.
     #[arg(long, value_name = "FILE", conflicts_with = "no_fill_foreground", value_parser = NonEmptyStringValueParser::new())]
-    pub(super) background: Option<String>,
+    background: Option<String>,
     /// Depth pass of the background, or a frame pattern
     #[arg(long, value_name = "FILE[:CHANNEL]", requires = "background", value_parser = channel_parser())]
-    pub(super) background_depth: Option<ChannelSpec>,
+    background_depth: Option<ChannelSpec>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -87,6 +89,17 @@ impl OcclusionArgs {
             )));
         }
         Ok(())
+    }
+
+    /// Returns the files of holdout and background.
+    pub(super) fn side_inputs(&self) -> SideInputs {
+        SideInputs {
+            holdout: self.holdout.clone(),
+            holdout_depth: self.holdout_depth.clone(),
+            background: self.background.as_ref().map(PathBuf::from),
+            background_depth: self.background_depth.clone(),
+            ..SideInputs::default()
+        }
     }
 
     /// Returns the occlusion settings of the renderer.

@@ -56,3 +56,26 @@ impl SideInputs {
 pub(crate) fn channel_parser() -> impl TypedValueParser<Value = ChannelSpec> {
     NonEmptyStringValueParser::new().map(|text| ChannelSpec::parse(&text))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_path_is_listed() {
+        let path = || Some(PathBuf::from("pattern"));
+        let channel = || Some(ChannelSpec::parse("pattern"));
+        let files = SideInputs {
+            depth: channel(),
+            holdout: channel(),
+            holdout_depth: channel(),
+            background: path(),
+            background_depth: channel(),
+            residual: path(),
+            aperture_picture: path(),
+        };
+        let resolved = format!("{:?}", files.with_paths(|_| "frame".into()));
+        assert!(!resolved.contains("pattern"), "{resolved}");
+        assert_eq!(resolved.matches("frame").count(), files.paths().len());
+    }
+}
