@@ -167,8 +167,8 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
     Ok(frames)
 }
 
-/// Returns the frame numbers of a run over `patterns`: input first, output second, then others such as a depth pass. A single
-/// image has none, and its paths are taken as they are.
+/// Returns the frame numbers of a run over `patterns`: input first, output second, then others such as a depth pass. `None` is a
+/// single image, whose paths are not patterns.
 ///
 /// Input and output must both contain the frame number, or neither; the others may be the same file for every frame.
 /// Without `frames`, an input that exists is not treated as a pattern.
