@@ -16,7 +16,7 @@ use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
 use crate::prepared_background::PreparedBackground;
 use crate::rendering::Rendering;
-use crate::session::{Refocused, refocus};
+use crate::session::refocus;
 use crate::settings::{Edges, Grain, Quality, RemovalSettings};
 use seidel_optics::Progress;
 
@@ -59,9 +59,8 @@ impl PreparedPlate {
             let Some(background) = background else {
                 return whole();
             };
-            let remapped = (optics.focus_remap).map(|range| refocus(range, background.vergence()));
-            let vergence = remapped.as_ref().map(Refocused::pass);
-            match DepthSplit::new(scene, vergence.unwrap_or(background.vergence()))? {
+            let vergence = refocus(optics.focus_remap, background.vergence());
+            match DepthSplit::new(scene, vergence.pass())? {
                 Some(split) => {
                     let clean = background.light().planes();
                     planes.solve_split(&split, clean, noise_gain, progress)

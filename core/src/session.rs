@@ -29,7 +29,7 @@ pub struct LensSession {
 /// The optics of a plate, and the focus settings that made its vergences.
 pub(crate) struct PlateOptics<'a> {
     pub(crate) scene: Scene<'a>,
-    /// Focus range by which the vergences of a holdout are to be changed; `None` where they stay.
+    /// Focus range by which the vergences of holdout and background are to be changed; `None` where they stay.
     pub(crate) focus_remap: Option<&'a FocusRemap>,
 }
 
@@ -208,7 +208,7 @@ impl LensSession {
         } else {
             Some(FocusRemap::new(lens, placement.extent(), &self.focus)?)
         };
-        let refocused = focus_remap.as_ref().map(|range| refocus(range, vergence));
+        let refocused = refocus(focus_remap.as_ref(), vergence);
         then(&PlateOptics {
             scene: Scene {
                 lens,
@@ -216,7 +216,7 @@ impl LensSession {
                 width: placement.width,
                 height: placement.height,
                 map,
-                vergence: refocused.as_ref().map_or(vergence, Refocused::pass),
+                vergence: refocused.pass(),
                 edges: seidel_render::Edges::Mirror,
                 displacement: self.settings.displacement,
             },
@@ -234,28 +234,36 @@ impl LensSession {
     }
 }
 
-/// Vergences changed by focus settings.
-pub(crate) enum Refocused {
+/// Vergences, changed by focus settings if there are any.
+pub(crate) enum FocusedVergence<'v> {
+    Unchanged(VergencePass<'v>),
     Constant(f64),
     PerPixel(Vec<f32>),
 }
 
-impl Refocused {
+impl FocusedVergence<'_> {
     pub(crate) fn pass(&self) -> VergencePass<'_> {
         match self {
+            Self::Unchanged(vergence) => *vergence,
             Self::Constant(vergence) => VergencePass::Constant(*vergence),
             Self::PerPixel(pass) => VergencePass::PerPixel(pass),
         }
     }
 }
 
-/// Changes vergences by the focus settings of `range`.
-pub(crate) fn refocus(range: &FocusRemap, vergence: VergencePass) -> Refocused {
+/// Changes vergences by the focus settings of `range`, if any.
+pub(crate) fn refocus<'v>(
+    range: Option<&FocusRemap>,
+    vergence: VergencePass<'v>,
+) -> FocusedVergence<'v> {
+    let Some(range) = range else {
+        return FocusedVergence::Unchanged(vergence);
+    };
     match vergence {
-        VergencePass::Constant(vergence) => Refocused::Constant(range.vergence(vergence)),
+        VergencePass::Constant(vergence) => FocusedVergence::Constant(range.vergence(vergence)),
         VergencePass::PerPixel(pass) => {
             let refocused = pass.iter().map(|v| range.vergence(f64::from(*v)) as f32);
-            Refocused::PerPixel(refocused.collect())
+            FocusedVergence::PerPixel(refocused.collect())
         }
     }
 }

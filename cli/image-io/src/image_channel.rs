@@ -17,7 +17,7 @@ use crate::windows::{FittedSamples, ImageWindows, fit_to_plate};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelSpec {
     /// The file; may hold a frame pattern.
-    pub file: String,
+    pub file: PathBuf,
     /// The channel, if one is named.
     pub channel: Option<String>,
 }
@@ -27,7 +27,7 @@ impl ChannelSpec {
     /// text is the name of an existing file.
     pub fn parse(text: &str) -> Self {
         let whole = Self {
-            file: text.to_owned(),
+            file: text.into(),
             channel: None,
         };
         let Some((file, channel)) = text.rsplit_once(':') else {
@@ -47,7 +47,7 @@ impl ChannelSpec {
             return whole;
         }
         Self {
-            file: file.to_owned(),
+            file: file.into(),
             channel: Some(channel.to_owned()),
         }
     }

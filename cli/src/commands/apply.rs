@@ -1,6 +1,5 @@
 //! `seidel apply`: blurs a plate with a lens, by field position, channel and depth.
 
-mod background;
 mod frame;
 mod occlusion;
 mod residual;
@@ -14,12 +13,11 @@ use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Expand, Quality, Settings};
 
 use super::plates::{
-    Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SettingsRecord, setting,
+    Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SettingsRecord, SideInputs, setting,
 };
 use super::{CommandError, value_name};
 use crate::Console;
 use crate::progress::ProgressArgs;
-use background::BackgroundArgs;
 use frame::Job;
 use occlusion::OcclusionArgs;
 use show::ShowChoice;
@@ -36,8 +34,6 @@ pub struct ApplyArgs {
     look: LookArgs,
     #[command(flatten)]
     occlusion: OcclusionArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
     /// Light beyond the edges of the plate
     #[arg(long, value_enum, help_heading = "Output", default_value_t = EdgeChoice::Auto)]
     edges: EdgeChoice,
@@ -148,11 +144,7 @@ impl ApplyArgs {
     /// Returns the settings of a render with these `edges` by name, without those of lens and plate.
     fn record(&self, edges: Edges) -> SettingsRecord {
         let edges = EdgeChoice::of_edges(edges);
-        let mut occlusion = self.occlusion.record();
-        if self.background.is_used() {
-            occlusion.push_str(", background");
-        }
-        rendering_record(self.quality, edges, &occlusion)
+        rendering_record(self.quality, edges, &self.occlusion.record())
     }
 }
 
@@ -185,26 +177,18 @@ pub(super) fn run(
         settings.expand = Expand::Never;
     }
     settings.occlusion = args.occlusion.settings();
-    let settings_occlusion = settings.occlusion;
     let look = LookUse::ThisLens(&args.look);
     let reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
-    let holdout = args.occlusion.holdout()?;
-    let background = args.background.source();
-    if args.background.is_used() && settings_occlusion.is_none() {
-        return Err(CommandError::Usage(
-            "--background needs occlusion: leave out --occlusion off".to_owned(),
-        ));
-    }
+    args.occlusion.check()?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: (reader.depth_pattern().into_iter())
-            .chain(holdout.file_patterns())
-            .chain(background.file_patterns())
-            .map(Path::new)
-            .chain(args.residual.as_deref())
-            .chain(args.look.files())
-            .collect(),
+        read: SideInputs {
+            depth: args.shared.depth.depth.clone(),
+            residual: args.residual.clone(),
+            aperture_picture: args.look.files().next().map(Path::to_owned),
+            ..args.occlusion.side_inputs()
+        },
         written: Vec::new(),
         lenses: vec![("Lens", &args.lens)],
     };
@@ -218,8 +202,6 @@ pub(super) fn run(
     let job = Job {
         args,
         reader: &reader,
-        holdout: &holdout,
-        background: &background,
         run: &run,
     };
     run.process(&job, console)

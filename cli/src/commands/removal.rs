@@ -135,9 +135,12 @@ impl<'a> Removal<'a> {
         &self.run.frames()[index]
     }
 
-    /// Reads the plate of the frame at `index`.
+    /// Reads the plate of the frame at `index`, with all images beside it.
     pub(super) fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        self.reader.read(self.frame(index), index)
+        let frame = self.frame(index);
+        let mut loaded = self.reader.read(frame, index)?;
+        self.reader.add_side_images(&frame.read, &mut loaded)?;
+        Ok(loaded)
     }
 
     /// Returns an upper bound of the memory that a frame takes, bytes.

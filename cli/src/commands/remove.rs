@@ -1,23 +1,23 @@
 //! `seidel remove`: removes the blur of the lens that a plate was taken with.
 
-mod background;
 mod frame;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, ValueEnum};
 
 use seidel_core::{Edges, Grain, RemovalSettings, Settings};
 
 use super::CommandError;
-use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader};
+use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader, SideInputs, channel_parser};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
-use background::BackgroundArgs;
 use frame::Job;
 use seidel_image_io::formats::exr;
+use seidel_image_io::image_channel::ChannelSpec;
 
 /// Options of `seidel remove`.
 #[derive(Debug, Args)]
@@ -27,8 +27,15 @@ pub struct RemoveArgs {
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
+    /// The plate without its foreground (a clean plate), through the same lens, or a frame pattern: blur is removed from the
+    /// edges of the foreground too, which keep theirs otherwise
+    ///
+    /// Its depth is its own Z channel or --background-depth, with the meaning of the plate's.
+    #[arg(long, help_heading = "Depth", value_name = "FILE", conflicts_with = "only_chroma", value_parser = NonEmptyStringValueParser::new())]
+    background: Option<String>,
+    /// Depth pass of the background, or a frame pattern
+    #[arg(long, help_heading = "Depth", value_name = "FILE[:CHANNEL]", requires = "background", value_parser = channel_parser())]
+    background_depth: Option<ChannelSpec>,
     #[command(flatten)]
     removal: RemovalArgs,
     /// Mix of the plate and the sharp image, 0 to 1: 0 leaves the plate unchanged
@@ -122,27 +129,23 @@ pub(super) fn run(
         ..args.removal.settings()
     };
     let reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
-    let background = args.background.source();
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: (reader.depth_pattern().into_iter())
-            .chain(background.file_patterns())
-            .map(Path::new)
-            .collect(),
+        read: SideInputs {
+            depth: args.shared.depth.depth.clone(),
+            background: args.background.as_ref().map(PathBuf::from),
+            background_depth: args.background_depth.clone(),
+            ..SideInputs::default()
+        },
         written: args.side_files(),
         lenses: vec![("Lens", &args.lens)],
     };
     let run = (args.shared.run).begin("removing blur", &files, command_line, console)?;
-    for path in run.frames().iter().flat_map(|frame| &frame.written) {
+    for (_, path) in run.frames().iter().flat_map(|frame| &frame.written) {
         exr::FORMAT.check_name(path)?;
     }
     reader.check_animation(&run)?;
     let removal = Removal::new(&args.removal, &reader, &run, Task::Remove);
-    let job = Job {
-        args,
-        removal,
-        background: &background,
-    };
-    run.process(&job, console)
+    run.process(&Job { args, removal }, console)
 }

@@ -1,13 +1,13 @@
 //! The plates of a run: read, and prepared for the lens of their frame.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, LensProfile, Verdict};
 use seidel_core::{DepthMeaning, Image, PlateGeometry, PreparedPlate, Settings};
 
 use super::colour::{ColourPipeline, PlateColour};
-use super::depth::{DepthSource, FrameOrder};
+use super::depth::FrameOrder;
 use super::frame_lens::{FrameLens, check_columns};
 use super::look::{LookArgs, look_record};
 use super::plate::{pixel_window, put_image, rectangle};
@@ -22,7 +22,7 @@ use seidel_image_io::windows::{ImageWindows, PixelWindow};
 
 /// A reader of the plates of a run, which prepares them for the lens of their frame.
 pub(crate) struct PlateReader<'a> {
-    args: &'a PlateCommandArgs,
+    pub(super) args: &'a PlateCommandArgs,
     /// The lens profile before any control is set.
     measured: LensProfile,
     lens_file: &'a Path,
@@ -33,11 +33,10 @@ pub(crate) struct PlateReader<'a> {
     /// The lens of frames that no table changes.
     lens: FrameLens,
     animation: Option<Animation>,
-    depth: DepthSource,
     /// Conversion of colours, if one is requested.
     colour: Option<ColourPipeline<'a>>,
     /// The meaning of the samples of depth passes.
-    pub(crate) depth_meaning: DepthMeaning,
+    pub(super) depth_meaning: DepthMeaning,
 }
 
 /// The lens that the options of the look change.
@@ -100,8 +99,7 @@ impl<'a> PlateReader<'a> {
             check_columns(table, columns)?;
         }
         let depth_meaning = args.depth.meaning()?;
-        let depth = args.depth.source(depth_meaning);
-        depth.check_lens(lens.session.lens(), lens_file)?;
+        (args.depth).check_lens(lens.session.lens(), lens_file)?;
         let colour = args.plate.colour.pipeline(&args.output, &mut warnings)?;
         for warning in warnings {
             console.note(warning);
@@ -114,15 +112,9 @@ impl<'a> PlateReader<'a> {
             look,
             lens,
             animation,
-            depth,
             colour,
             depth_meaning,
         })
-    }
-
-    /// Returns the path or frame pattern of the depth pass, if it has a file of its own.
-    pub(crate) fn depth_pattern(&self) -> Option<&str> {
-        self.depth.file_pattern()
     }
 
     /// Returns whether the option called `name` has values by frame.
@@ -208,12 +200,10 @@ impl<'a> PlateReader<'a> {
         let image = (self.args.plate).image(&plate, colour.as_ref(), &mut warnings)?;
         let lens = self.frame_lens(frame.number, &mut warnings)?;
         let geometry = self.geometry(&plate)?;
-        // The depth pass is the first file read beside the plate.
-        let depth_file = self.depth_pattern().and(frame.read.first());
-        let depth = self.depth.read(
+        let depth = self.read_depth(
             &plate,
             &geometry,
-            depth_file.map(PathBuf::as_path),
+            frame.read.depth.as_ref(),
             &lens.session,
             order,
             &mut warnings,
@@ -238,7 +228,7 @@ impl<'a> PlateReader<'a> {
     ///
     /// # Errors
     /// An image of another display window, or that does not cover the plate.
-    pub(crate) fn read_beside(
+    pub(super) fn read_beside(
         &self,
         loaded: &mut LoadedPlate,
         file: &Path,
@@ -272,7 +262,7 @@ impl<'a> PlateReader<'a> {
     }
 
     /// Returns the place of `plate` in the frame of the lens.
-    pub(crate) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
+    fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
         self.args.plate.geometry(plate)
     }
 
@@ -283,7 +273,7 @@ impl<'a> PlateReader<'a> {
         plate: &Plate,
     ) -> Result<SettingsRecord, CommandError> {
         let mut record = lens.record.clone();
-        record.extend(self.depth.record());
+        record.extend(self.args.depth.record(self.depth_meaning));
         let working_space = self.colour.as_ref().map(ColourPipeline::working_space);
         record.extend([
             setting("geometry", value_name(self.args.geometry)),
