@@ -1,13 +1,13 @@
 //! The options, the reader, the frame queue and the writer that all commands on plates share.
 
 mod adjust;
+mod animated;
 mod args;
 mod background;
 mod colour;
 mod depth;
 mod depth_check;
 mod finished_frame;
-mod focus;
 mod frame_lens;
 mod frames;
 mod look;
