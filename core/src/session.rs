@@ -7,10 +7,11 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{self, PsfModel};
 use seidel_render::{
-    AdjustedLens, Bloom, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens,
-    Scene, VergencePass,
+    AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene,
+    VergencePass,
 };
 
+use crate::knobs;
 use crate::lens::Lens;
 use crate::placement::PlatePlacement;
 use crate::plate::PlateGeometry;
@@ -40,10 +41,10 @@ impl LensSession {
     /// Controls that the lens does not have, an unknown PSF model or one that cannot draw the lens, channels that the
     /// lens lacks, and values out of range.
     pub fn new(lens: &Lens, settings: &Settings) -> Result<Self> {
+        knobs::check(settings)?;
         let named = settings.psf_model.as_deref().map(psf::by_id).transpose()?;
         let lens = lens.with_controls(&settings.controls)?;
         let lens = lens.with_look(&settings.look)?;
-        settings.bloom.as_ref().map_or(Ok(()), Bloom::check)?;
         let predictor = lens.predictor();
         let model = named.unwrap_or_else(|| predictor.default_model());
         predictor.check_model(model).map_err(unsupported)?;
@@ -59,7 +60,6 @@ impl LensSession {
             settings: settings.clone(),
             lens,
         };
-        session.focus.check()?;
         session
             .adjusted(session.settings.axis_offset_px)
             .map(|_| ())?;
@@ -93,7 +93,7 @@ impl LensSession {
     pub fn with_amount(&self, amount: f64) -> Result<Self> {
         let mut session = self.clone();
         session.settings.amount = amount;
-        session.adjusted((0.0, 0.0)).map(|_| ())?;
+        knobs::check(&session.settings)?;
         Ok(session)
     }
 

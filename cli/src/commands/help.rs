@@ -421,6 +421,46 @@ mod tests {
         }
     }
 
+    /// Adds the options of `command` and of its subcommands to `lines`: names, values and defaults.
+    fn list_options(command: &clap::Command, before: &str, lines: &mut Vec<String>) {
+        let path = format!("{before}{}", command.get_name());
+        for arg in command.get_arguments() {
+            let long = arg.get_long().map(|name| format!(" --{name}"));
+            let short = arg.get_short().map(|name| format!(" -{name}"));
+            let aliases = arg.get_all_aliases().unwrap_or_default();
+            let aliases = aliases.iter().map(|name| format!(" --{name}"));
+            let names: String = long.into_iter().chain(short).chain(aliases).collect();
+            let names = if names.is_empty() {
+                format!(" {}", arg.get_id())
+            } else {
+                names
+            };
+            let words: Vec<String> = (arg.get_possible_values().iter())
+                .map(|value| value.get_name().to_owned())
+                .collect();
+            let defaults = arg.get_default_values().iter();
+            let defaults: Vec<_> = defaults.map(|value| value.to_string_lossy()).collect();
+            lines.push(format!(
+                "{path}{names} [{}] = {}",
+                words.join("|"),
+                defaults.join(",")
+            ));
+        }
+        for subcommand in command.get_subcommands() {
+            list_options(subcommand, &format!("{path} "), lines);
+        }
+    }
+
+    /// Scripts use these names. A new option is a new line; no other line changes.
+    #[test]
+    fn options_keep_their_names_values_and_defaults() {
+        let mut lines = Vec::new();
+        list_options(&command(), "", &mut lines);
+        lines.sort();
+        let found = lines.join("\n") + "\n";
+        assert_eq!(found, include_str!("options.txt"), "found:\n{found}");
+    }
+
     #[test]
     fn usual_options_exist() {
         for help in HELPS {

@@ -6,8 +6,8 @@ use clap::Args;
 use seidel_core::render::remove::SharpPlane;
 use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_bytes};
 
-use super::CommandError;
 use super::plates::{FrameFiles, LoadedPlate, PlateReader, Run};
+use super::{CommandError, knobs};
 use lens_check::{LensCheck, OnMismatch};
 
 pub(super) use lens_check::Task;
@@ -41,10 +41,7 @@ pub(super) struct RemovalArgs {
 }
 
 fn parse_noise(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse::<f64>().ok();
-    number
-        .filter(|v| v.is_finite() && *v >= 0.0)
-        .ok_or_else(|| "give a standard deviation of zero or more, such as 0.004".to_owned())
+    knobs::parse("noise", text)
 }
 
 fn parse_clip(text: &str) -> Result<Saturation, String> {

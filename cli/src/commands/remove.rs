@@ -5,12 +5,13 @@ mod frame;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
-use clap::{Args, ValueEnum};
 
-use seidel_core::{Edges, Grain, RemovalSettings, Settings};
+use seidel_core::{Edges, Settings};
 
 use super::CommandError;
+use super::knobs::RemoveKnobs;
 use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader, SideInputs, channel_parser};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
@@ -38,12 +39,8 @@ pub struct RemoveArgs {
     background_depth: Option<ChannelSpec>,
     #[command(flatten)]
     removal: RemovalArgs,
-    /// Mix of the plate and the sharp image, 0 to 1: 0 leaves the plate unchanged
-    #[arg(long, help_heading = "Look", value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
-    strength: f64,
-    /// Grain of the sharp image
-    #[arg(long, value_enum, help_heading = "Look", default_value_t = GrainChoice::Keep)]
-    grain: GrainChoice,
+    #[command(flatten)]
+    knobs: RemoveKnobs,
     /// Take off colour fringes only: give each colour the blur of the colour whose blur is of middle size
     ///
     /// Lateral and axial colour go; the plate does not become sharper. The lens is not checked.
@@ -67,31 +64,6 @@ pub struct RemoveArgs {
     /// Map of the amplification of noise to write, one channel per colour (OpenEXR; a frame pattern if OUT is one)
     #[arg(long, help_heading = "Output", value_name = "FILE")]
     noise_gain: Option<PathBuf>,
-}
-
-/// The grain of the sharp image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum GrainChoice {
-    /// The grain of the plate
-    Keep,
-    /// That of the solution, which has hardly any
-    Solved,
-}
-
-impl From<GrainChoice> for Grain {
-    fn from(choice: GrainChoice) -> Self {
-        match choice {
-            GrainChoice::Keep => Self::Keep,
-            GrainChoice::Solved => Self::Solved,
-        }
-    }
-}
-
-fn parse_share(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok();
-    number
-        .filter(|v| (0.0..=1.0).contains(v))
-        .ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
 impl RemoveArgs {
@@ -123,11 +95,8 @@ pub(super) fn run(
     let mut settings = Settings::default();
     // Those of the removal itself, which the residual is measured against.
     settings.edges = Some(Edges::Mirror);
-    settings.removal = RemovalSettings {
-        strength: args.strength,
-        grain: args.grain.into(),
-        ..args.removal.settings()
-    };
+    settings.removal = args.removal.settings();
+    args.knobs.put(&mut settings)?;
     let reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
     let files = Files {
         input: &args.shared.input,

@@ -1,9 +1,9 @@
 //! One frame of a run: read, blurred, written.
 
 use seidel_core::render::VergencePass;
-use seidel_core::{Edges, Rendering};
+use seidel_core::{Edges, Expand, Quality, Rendering};
 
-use super::{ApplyArgs, EdgeChoice, ExpandChoice, QualityChoice, residual, show, verbose};
+use super::{ApplyArgs, residual, show, verbose};
 use crate::commands::plates::{
     FinishedFrame, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord, setting,
 };
@@ -29,7 +29,10 @@ impl Job<'_> {
         let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
         match self.args.show {
             Some(choice) => record.push(setting("show", value_name(choice))),
-            None => record.extend(self.args.record(loaded.prepared.edges())),
+            None => record.extend(
+                self.args
+                    .record(loaded.lens.session.settings(), loaded.prepared.edges()),
+            ),
         }
         Ok(record)
     }
@@ -40,13 +43,14 @@ impl Job<'_> {
         if loaded.is_neutral() {
             return None;
         }
+        let settings = loaded.lens.session.settings();
         let edges = match loaded.prepared.edges() {
-            _ if self.args.edges != EdgeChoice::Auto => None,
+            _ if settings.edges.is_some() => None,
             Edges::Mirror => None,
             Edges::Black => Some("element over nothing: rendered with --edges black"),
             Edges::Extend => Some("element cut by the border: rendered with --edges extend"),
         };
-        let grown = loaded.own_window.is_some() && self.args.expand == ExpandChoice::Auto;
+        let grown = loaded.own_window.is_some() && settings.expand == Expand::Auto;
         let grown = grown
             .then_some("the data window grows by the reach of the blur (--expand off keeps it)");
         let notes: Vec<&str> = edges.into_iter().chain(grown).collect();
@@ -79,7 +83,8 @@ impl Job<'_> {
     ) -> seidel_core::Result<Vec<Vec<f32>>> {
         let varies = matches!(rendering.scene.vergence, VergencePass::PerPixel(_));
         let occlusion = rendering.occlusion.is_some();
-        if varies && !occlusion && self.args.quality != QualityChoice::Exact {
+        let quality = loaded.lens.session.settings().quality;
+        if varies && !occlusion && quality != Quality::Exact {
             warnings.push(
                 "depth varies over the plate: without occlusion it is rendered exactly, whatever --quality says"
                     .into(),
@@ -88,7 +93,7 @@ impl Job<'_> {
         let progress = |share| self.run.show_progress(index, share);
         let rendered = rendering.render(None, &progress)?;
         if self.args.verbose {
-            let report = verbose::report(rendering, &rendered, &loaded.prepared, self.args)?;
+            let report = verbose::report(rendering, &rendered, &loaded.prepared)?;
             warnings.push(report);
         }
         Ok(rendered.planes)

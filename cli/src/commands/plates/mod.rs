@@ -1,12 +1,12 @@
 //! The options, the reader, the frame queue and the writer that all commands on plates share.
 
 mod adjust;
+mod animated;
 mod args;
 mod colour;
 mod depth;
 mod depth_check;
 mod finished_frame;
-mod focus;
 mod frame_lens;
 mod frames;
 mod look;

@@ -4,16 +4,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, LensProfile, Verdict};
-use seidel_core::{DepthMeaning, Image, PlateGeometry, PreparedPlate, Settings};
+use seidel_core::{DepthMeaning, Image, LensScale, PlateGeometry, PreparedPlate, Settings};
 
+use super::animated::check_columns;
 use super::colour::{ColourPipeline, PlateColour};
 use super::depth::FrameOrder;
-use super::frame_lens::{FrameLens, check_columns};
+use super::frame_lens::FrameLens;
 use super::look::{LookArgs, look_record};
 use super::plate::{pixel_window, put_image, rectangle};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
-use crate::commands::{CommandError, value_name};
+use crate::commands::CommandError;
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
@@ -26,7 +27,7 @@ pub(crate) struct PlateReader<'a> {
     /// The lens profile before any control is set.
     measured: LensProfile,
     lens_file: &'a Path,
-    /// Settings that are not about the lens, and its look.
+    /// The settings of frames that no table changes.
     base: Settings,
     /// The options of the look, where the command has them for this lens.
     look: Option<&'a LookArgs>,
@@ -84,19 +85,20 @@ impl<'a> PlateReader<'a> {
         };
         args.plate.check_output(&args.output)?;
         let mut warnings = Vec::new();
-        base.displacement = args.geometry.into();
         let measured = lens_profile::read(lens_file)?;
         let poor = |adequacy: &&Adequacy| adequacy.verdict() != Verdict::Describes;
         if let Some(adequacy) = measured.adequacy().filter(poor) {
             warnings.push(format!("{}: {adequacy}", lens_file.display()));
         }
-        args.plate.check_lens(&measured, lens_file)?;
         let options = &args.lens.options;
+        options.put(&mut base)?;
+        check_film_back(&base, &measured, lens_file)?;
         let lens = options.set(&measured, lens_file, &base, &mut warnings)?;
         let animation = args.lens.animate.as_deref();
         let animation = animation.map(Animation::open).transpose()?;
         if let Some(table) = &animation {
-            check_columns(table, columns)?;
+            check_columns(table, columns.is_some())?;
+            columns.map_or(Ok(()), |look| look.check_blades(table))?;
         }
         let depth_meaning = args.depth.meaning()?;
         (args.depth).check_lens(lens.session.lens(), lens_file)?;
@@ -142,12 +144,13 @@ impl<'a> PlateReader<'a> {
         let (Some(table), Some(number)) = (&self.animation, number) else {
             return Ok(self.lens.clone());
         };
-        let options = self.args.lens.options.at_frame(table, number)?;
-        let mut base = self.base.clone();
+        let options = &self.args.lens.options;
+        let mut settings = self.base.clone();
+        options.put_at_frame(table, number, &mut settings)?;
         if let Some(look) = self.look {
-            look.put_at_frame(table, number, &mut base)?;
+            look.put_at_frame(table, number, &mut settings)?;
         }
-        options.set(&self.measured, self.lens_file, &base, warnings)
+        options.set(&self.measured, self.lens_file, &settings, warnings)
     }
 
     /// Returns look and bloom of frame `number` by name, as far as they change the lens or the plate.
@@ -199,7 +202,7 @@ impl<'a> PlateReader<'a> {
         }
         let image = (self.args.plate).image(&plate, colour.as_ref(), &mut warnings)?;
         let lens = self.frame_lens(frame.number, &mut warnings)?;
-        let geometry = self.geometry(&plate)?;
+        let geometry = self.geometry(&plate, &lens)?;
         let depth = self.read_depth(
             &plate,
             &geometry,
@@ -262,8 +265,9 @@ impl<'a> PlateReader<'a> {
     }
 
     /// Returns the place of `plate` in the frame of the lens.
-    fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
-        self.args.plate.geometry(plate)
+    fn geometry(&self, plate: &Plate, lens: &FrameLens) -> Result<PlateGeometry, CommandError> {
+        let lens_scale = lens.session.settings().lens_scale;
+        self.args.plate.geometry(plate, lens_scale)
     }
 
     /// Returns the settings by name that `plate` is rendered with through `lens`.
@@ -276,13 +280,11 @@ impl<'a> PlateReader<'a> {
         record.extend(self.args.depth.record(self.depth_meaning));
         let working_space = self.colour.as_ref().map(ColourPipeline::working_space);
         record.extend([
-            setting("geometry", value_name(self.args.geometry)),
-            setting("lens-scale", self.args.plate.lens_scale_setting()),
             setting("pixel-aspect", self.args.plate.pixel_aspect(plate)?),
             setting("working-space", working_space.unwrap_or("the plate's")),
         ]);
         if let Some(squeeze) = self.measured.camera.squeeze {
-            let placement = lens.session.place(&self.geometry(plate)?)?;
+            let placement = lens.session.place(&self.geometry(plate, lens)?)?;
             record.extend([
                 setting("squeeze", squeeze),
                 setting("pixel-aspect-on-sensor", placement.sensor_aspect),
@@ -290,6 +292,27 @@ impl<'a> PlateReader<'a> {
         }
         Ok(record)
     }
+}
+
+/// Checks that the lens `measured`, read from the file `path`, can follow the film back of `settings`.
+///
+/// # Errors
+/// A lens of unknown pixel pitch.
+fn check_film_back(
+    settings: &Settings,
+    measured: &LensProfile,
+    path: &Path,
+) -> Result<(), CommandError> {
+    if !matches!(settings.lens_scale, LensScale::FilmBack(_)) || measured.pixel_pitch_um.is_some() {
+        return Ok(());
+    }
+    Err(FileError::new(
+        path,
+        "pixel_pitch_um",
+        "is not known, so --film-back-mm has no size in the frame of the lens",
+        "put the pixel pitch into the lens profile, or give --lens-scale",
+    )
+    .into())
 }
 
 impl LoadedPlate {

@@ -162,7 +162,8 @@ impl FrameWork for Job<'_> {
     ) -> Result<FinishedFrame, CommandError> {
         let mut plate = loaded.plate.clone();
         let mut removed = None;
-        if loaded.is_neutral() || self.args.strength == 0.0 {
+        let strength = loaded.lens.session.settings().removal.strength;
+        if loaded.is_neutral() || strength == 0.0 {
             loaded.put_unchanged(&mut plate)?;
             (loaded.warnings).push("at --amount 0 or --strength 0 the plate stays as it is".into());
         } else if self.args.only_chroma {
@@ -194,7 +195,7 @@ impl FrameWork for Job<'_> {
             });
         }
         let mut record = (self.removal.reader).record(&loaded.lens, &loaded.plate)?;
-        record.push(setting("strength", self.args.strength));
+        record.push(setting("strength", strength));
         if self.args.only_chroma {
             record.push(setting("only_chroma", true));
         }

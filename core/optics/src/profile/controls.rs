@@ -29,6 +29,9 @@ pub struct Controls {
 }
 
 impl Controls {
+    /// A control that is left out, in words.
+    pub const AS_MEASURED: &str = "as measured";
+
     /// Returns whether all controls keep their measured values.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
