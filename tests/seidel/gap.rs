@@ -166,7 +166,7 @@ fn a_model_that_is_too_simple_is_to_blame() {
     };
     let settings = Settings::default();
     let error = diagnose(&all, &case.real, &settings, &no_progress).expect_err("no own gap");
-    assert!(error.to_string().contains("--design"), "{error}");
+    assert!(error.to_string().contains("give the set"), "{error}");
     let settings = Settings {
         library: vec!["defocus_offset".to_owned(), "motion".to_owned()],
         pairs: false,
