@@ -82,7 +82,9 @@ pub(super) static KNOBS: &[Knob] = &[
             // An invalid value stands for all, so that the check finds it.
             get: |settings| {
                 let noise = &settings.removal.noise;
-                let bad = noise.iter().find(|noise| !(**noise >= 0.0));
+                let bad = noise
+                    .iter()
+                    .find(|noise| !(0.0..=f64::MAX).contains(*noise));
                 bad.or(noise.first()).copied()
             },
             set: |settings, value| settings.removal.noise = value.into_iter().collect(),

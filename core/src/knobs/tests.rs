@@ -1,3 +1,5 @@
+//! Names, defaults and ranges of the table, and that knobs read back what they write.
+
 use std::collections::BTreeSet;
 
 use super::*;

@@ -2,6 +2,7 @@
 
 use seidel_core::{ChannelScale, Knob, Settings, Unit};
 
+use super::look::LookArgs;
 use crate::commands::CommandError;
 use crate::commands::knobs::{KnobArgs, LensKnobs, NewBlurKnobs, PlateKnobs};
 use seidel_image_io::animation::{Animation, Interpolation};
@@ -13,9 +14,13 @@ const AXIS_OFFSET: [&str; 2] = ["axis-offset.x", "axis-offset.y"];
 /// Prefix of the columns that scale the blur of a channel.
 const CHANNEL_PREFIX: &str = "channel-scale.";
 
-/// Rejects a table with a column that is not an option; `has_look` says whether the command has those of the look.
-pub(super) fn check_columns(table: &Animation, has_look: bool) -> Result<(), CommandError> {
-    let look = NewBlurKnobs::numbers().filter(|_| has_look);
+/// Rejects a table with a column that is not an option; `look` are those of the look, where the command has them.
+pub(super) fn check_columns(
+    table: &Animation,
+    look: Option<&LookArgs>,
+) -> Result<(), CommandError> {
+    look.map_or(Ok(()), |look| look.check_blades(table))?;
+    let look = NewBlurKnobs::numbers().filter(|_| look.is_some());
     let knobs = (LensKnobs::numbers()
         .chain(PlateKnobs::numbers())
         .chain(look))

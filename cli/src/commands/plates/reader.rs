@@ -97,8 +97,7 @@ impl<'a> PlateReader<'a> {
         let animation = args.lens.animate.as_deref();
         let animation = animation.map(Animation::open).transpose()?;
         if let Some(table) = &animation {
-            check_columns(table, columns.is_some())?;
-            columns.map_or(Ok(()), |look| look.check_blades(table))?;
+            check_columns(table, columns)?;
         }
         let depth_meaning = args.depth.meaning()?;
         (args.depth).check_lens(lens.session.lens(), lens_file)?;
