@@ -451,9 +451,6 @@ typedef struct SeidelSettings {
    */
   uint64_t memory;
   /**
-  /**
-   * Share of the light above the bloom level that spreads around highlights; any lens (0 to 1). Default 0.
-   */
    * Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. All looks but bloom
    * need a lens of the kind SEIDEL_LENS_RAYS.
    */

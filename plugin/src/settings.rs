@@ -288,7 +288,7 @@ impl SeidelSettings {
             if let Some(value) = self.number(knob) {
                 let is_given = |other: &Knob| self.number(other).is_some();
                 knob.check_alone(is_given).map_err(in_member)?;
-                knob.put_number(Some(value), settings).map_err(in_member)?;
+                knob.put_number(value, settings).map_err(in_member)?;
             } else if let Some(member) = knob_member(INDICES, knob) {
                 let index = *member(&mut self) as usize;
                 knob.put_index(index, settings).map_err(in_member)?;

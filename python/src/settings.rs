@@ -182,13 +182,14 @@ fn put_knobs(
                 } else {
                     Some(attribute.extract()?)
                 };
-                if value.is_some() {
-                    let is_given = |other: &Knob| {
-                        let other = settings.getattr(other.identifier().as_str());
-                        other.is_ok_and(|value| !value.is_none())
-                    };
-                    knob.check_alone(is_given).map_err(in_attribute)?;
-                }
+                let Some(value) = value else {
+                    continue;
+                };
+                let is_given = |other: &Knob| {
+                    let other = settings.getattr(other.identifier().as_str());
+                    other.is_ok_and(|value| !value.is_none())
+                };
+                knob.check_alone(is_given).map_err(in_attribute)?;
                 knob.put_number(value, core).map_err(in_attribute)?;
             }
             KnobKind::Switch(_) => {

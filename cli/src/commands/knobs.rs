@@ -2,7 +2,7 @@
 
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
-use seidel_core::{Choice, HostGroup, Knob, KnobKind, KnobScope, Number, Relation, Settings};
+use seidel_core::{Choice, HostGroup, Knob, KnobKind, KnobScope, Number, Relation, Settings, Unit};
 
 /// Options of the commands that draw a lens.
 pub(crate) type LensKnobs = KnobArgs<{ KnobScope::Lens as usize }>;
@@ -119,8 +119,13 @@ pub(super) fn parse(name: &str, text: &str) -> Result<f64, String> {
     let (knob, number) = Knob::named(name)
         .and_then(|knob| Some((knob, knob.number()?)))
         .ok_or("is no number")?;
-    let value =
-        (number.unit.parse(text)).ok_or_else(|| format!("give {}", number.range_words()))?;
+    let value = number.unit.parse(text).ok_or_else(|| {
+        let forms = match number.unit {
+            Unit::FNumber => ", such as 2.8 or f/2.8",
+            _ => "",
+        };
+        format!("give {}{forms}", number.range_words())
+    })?;
     knob.check(value).map_err(|error| error.remedy)?;
     Ok(value)
 }
@@ -155,7 +160,7 @@ impl<const SCOPE: usize> KnobArgs<SCOPE> {
             .iter()
             .try_for_each(|option| match option.value {
                 KnobValue::Number(None) => Ok(()),
-                KnobValue::Number(value) => option.knob.put_number(value, settings),
+                KnobValue::Number(Some(value)) => option.knob.put_number(value, settings),
                 KnobValue::Index(index) => option.knob.put_index(index, settings),
             })
     }

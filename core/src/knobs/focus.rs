@@ -4,22 +4,11 @@ use seidel_optics::distance::ObjectDistance;
 use seidel_optics::profile::Controls;
 use seidel_render::MAX_MULTIPLIER;
 
-use super::kind::{HostGroup, HostKnob, Knob, KnobKind, KnobScope, Number, Relation, Unit};
+use super::kind::{HostGroup, Knob, KnobKind, KnobScope, Number, Unit};
 use crate::settings::Settings;
 
-const fn host(name: &'static str, label: &'static str) -> Option<HostKnob> {
-    Some(HostKnob {
-        name,
-        label,
-        group: HostGroup::Focus,
-    })
-}
-
 /// A factor on the growth of blur on one side of the focus plane.
-const fn multiplier(
-    get: fn(&Settings) -> Option<f64>,
-    set: fn(&mut Settings, Option<f64>),
-) -> KnobKind {
+const fn multiplier(get: fn(&Settings) -> Option<f64>, set: fn(&mut Settings, f64)) -> KnobKind {
     KnobKind::Number(Number {
         unit: Unit::Factor,
         range: (0.0, MAX_MULTIPLIER),
@@ -34,91 +23,81 @@ const fn multiplier(
 
 pub(super) static KNOBS: &[Knob] = &[
     Knob {
-        name: "focus-distance",
-        // The node sets it by a menu: as measured, a distance, or a value of the depth pass.
-        host: None,
-        scope: KnobScope::Lens,
-        help: "Distance to focus the lens on",
         details: "For lenses of rays: those of the library, and those fitted by the model reduced or extended.",
-        relation: Relation::None,
-        kind: KnobKind::Number(Number {
-            unit: Unit::Distance,
-            range: (f64::MIN_POSITIVE, f64::INFINITY),
-            default: None,
-            absent: Controls::AS_MEASURED,
-            slider: (0.1, 20.0),
-            digits: 3,
-            get: |settings| settings.controls.focus_distance.and_then(metres),
-            set: |settings, value| {
-                let distance = value.map(ObjectDistance::metres);
-                settings.controls.focus_distance = distance.and_then(Result::ok);
-            },
-        }),
         has_effect: |case| case.has_rays(),
+        ..Knob::new(
+            "focus-distance",
+            KnobScope::Lens,
+            "Distance to focus the lens on",
+            KnobKind::Number(Number {
+                unit: Unit::Distance,
+                range: (f64::MIN_POSITIVE, f64::INFINITY),
+                default: None,
+                absent: Controls::AS_MEASURED,
+                slider: (0.1, 20.0),
+                digits: 3,
+                get: |settings| settings.controls.focus_distance.and_then(metres),
+                set: |settings, value| settings.controls.focus_distance = ObjectDistance::metres(value).ok(),
+            }),
+        )
     },
     Knob {
-        name: "depth-of-field",
-        host: host("dof", "Depth of Field"),
-        scope: KnobScope::Plates,
-        help: "Depth of the range that is as sharp as the focus plane, half of it on each side",
         details: "Beyond the range, depth is measured from its nearer end.",
-        relation: Relation::None,
-        kind: KnobKind::Number(Number {
-            unit: Unit::Metres,
-            range: (0.0, 1e6),
-            default: Some(0.0),
-            absent: "",
-            slider: (0.0, 10.0),
-            digits: 3,
-            get: |settings| Some(settings.focus.depth_of_field_m),
-            set: |settings, value| settings.focus.depth_of_field_m = value.unwrap_or(0.0),
-        }),
-        has_effect: |_| true,
+        ..Knob::new(
+            "depth-of-field",
+            KnobScope::Plates,
+            "Depth of the range that is as sharp as the focus plane, half of it on each side",
+            KnobKind::Number(Number {
+                unit: Unit::Metres,
+                range: (0.0, 1e6),
+                default: Some(0.0),
+                absent: "",
+                slider: (0.0, 10.0),
+                digits: 3,
+                get: |settings| Some(settings.focus.depth_of_field_m),
+                set: |settings, value| settings.focus.depth_of_field_m = value,
+            }),
+        )
+        .in_hosts(HostGroup::Focus, ["dof", "Depth of Field"])
     },
-    Knob {
-        name: "front-multiplier",
-        host: host("front", "Front Multiplier"),
-        scope: KnobScope::Plates,
-        help: "Factor on the distance from focus, in vergence, in front of the focus plane: blur grows as many times as fast",
-        details: "",
-        relation: Relation::None,
-        kind: multiplier(
+    Knob::new(
+        "front-multiplier",
+        KnobScope::Plates,
+        "Factor on the distance from focus, in vergence, in front of the focus plane: blur grows as many times as fast",
+        multiplier(
             |settings| Some(settings.focus.front),
-            |settings, value| settings.focus.front = value.unwrap_or(1.0),
+            |settings, value| settings.focus.front = value,
         ),
-        has_effect: |_| true,
-    },
-    Knob {
-        name: "back-multiplier",
-        host: host("back", "Back Multiplier"),
-        scope: KnobScope::Plates,
-        help: "Factor on the distance from focus, in vergence, behind the focus plane",
-        details: "",
-        relation: Relation::None,
-        kind: multiplier(
+    )
+    .in_hosts(HostGroup::Focus, ["front", "Front Multiplier"]),
+    Knob::new(
+        "back-multiplier",
+        KnobScope::Plates,
+        "Factor on the distance from focus, in vergence, behind the focus plane",
+        multiplier(
             |settings| Some(settings.focus.back),
-            |settings, value| settings.focus.back = value.unwrap_or(1.0),
+            |settings, value| settings.focus.back = value,
         ),
-        has_effect: |_| true,
-    },
+    )
+    .in_hosts(HostGroup::Focus, ["back", "Back Multiplier"]),
     Knob {
-        name: "maximum-size",
-        host: host("maxSize", "Maximum"),
-        scope: KnobScope::Plates,
-        help: "Radius of the largest kernel in the frame: that of a uniform disc",
         details: "For other kernels it is two standard deviations. A larger kernel is replaced by that of the distance at which it has this radius.",
-        relation: Relation::None,
-        kind: KnobKind::Number(Number {
-            unit: Unit::PlatePixels,
-            range: (f64::MIN_POSITIVE, 1e6),
-            default: None,
-            absent: "none",
-            slider: (0.0, 256.0),
-            digits: 1,
-            get: |settings| settings.focus.maximum_px,
-            set: |settings, value| settings.focus.maximum_px = value,
-        }),
-        has_effect: |_| true,
+        ..Knob::new(
+            "maximum-size",
+            KnobScope::Plates,
+            "Radius of the largest kernel in the frame: that of a uniform disc",
+            KnobKind::Number(Number {
+                unit: Unit::PlatePixels,
+                range: (f64::MIN_POSITIVE, 1e6),
+                default: None,
+                absent: "none",
+                slider: (0.0, 256.0),
+                digits: 1,
+                get: |settings| settings.focus.maximum_px,
+                set: |settings, value| settings.focus.maximum_px = Some(value),
+            }),
+        )
+        .in_hosts(HostGroup::Focus, ["maxSize", "Maximum"])
     },
 ];
 

@@ -110,7 +110,7 @@ pub struct Number {
     /// Reads the number from settings.
     pub get: fn(&Settings) -> Option<f64>,
     /// Writes the number, which is in its range, to settings. Settings of knobs that it depends on are there already.
-    pub set: fn(&mut Settings, Option<f64>),
+    pub set: fn(&mut Settings, f64),
 }
 
 /// The unit of a number.
@@ -197,6 +197,31 @@ impl KnobUse<'_> {
 }
 
 impl Knob {
+    /// A knob that hosts do not show, has no relation to others, and always has an effect.
+    pub(super) const fn new(
+        name: &'static str,
+        scope: KnobScope,
+        help: &'static str,
+        kind: KnobKind,
+    ) -> Self {
+        Self {
+            name,
+            host: None,
+            scope,
+            help,
+            details: "",
+            relation: Relation::None,
+            kind,
+            has_effect: |_| true,
+        }
+    }
+
+    /// The knob in a group of hosts, by its name there and its label.
+    pub(super) const fn in_hosts(self, group: HostGroup, [name, label]: [&'static str; 2]) -> Self {
+        let host = Some(HostKnob { name, label, group });
+        Self { host, ..self }
+    }
+
     /// Returns the name as an identifier: that of the C member and of the Python attribute.
     pub fn identifier(&self) -> String {
         self.name.replace('-', "_")
@@ -226,7 +251,7 @@ impl Knob {
         match Self::named(name) {
             Some(other) if is_given(other) => Err(Error::new(
                 self.name,
-                format!("is given beside {name}"),
+                format!("is given beside {}", other.identifier()),
                 "leave one of the two out",
             )),
             _ => Ok(()),
@@ -249,12 +274,12 @@ impl Knob {
         Err(Error::new(self.name, format!("is {value}"), remedy))
     }
 
-    /// Checks a number and writes it to `settings`; `None` leaves it out.
+    /// Checks a number and writes it to `settings`.
     ///
     /// # Errors
     /// Those of [`Self::check`].
-    pub fn put_number(&self, value: Option<f64>, settings: &mut Settings) -> Result<()> {
-        value.map_or(Ok(()), |value| self.check(value))?;
+    pub fn put_number(&self, value: f64, settings: &mut Settings) -> Result<()> {
+        self.check(value)?;
         if let Some(number) = self.number() {
             (number.set)(settings, value);
         }

@@ -39,7 +39,10 @@ impl Unit {
     pub fn parse(self, text: &str) -> Option<f64> {
         let lower = text.trim().to_ascii_lowercase();
         let number = match self {
-            Self::FNumber => lower.trim_start_matches('f').trim_start_matches('/'),
+            Self::FNumber => {
+                let number = lower.strip_prefix('f').unwrap_or(&lower);
+                number.strip_prefix('/').unwrap_or(number)
+            }
             _ => &lower,
         };
         number.trim().parse().ok()

@@ -92,7 +92,10 @@ impl<'h> Knobs<'h> {
                 let is_left_out = number.default.is_none() && value == 0.0;
                 let in_pixels = matches!(number.unit, Unit::PlatePixels | Unit::PlateScale);
                 let value = if in_pixels { value * scale.y } else { value };
-                row.put_number((!is_left_out).then_some(value), settings)
+                if is_left_out {
+                    return Ok(());
+                }
+                row.put_number(value, settings)
             }
             KnobKind::Choice(_) => row.put_index(self.choice(knob) as usize, settings),
             KnobKind::Switch(_) => row.put_index(usize::from(self.is_on(knob)), settings),

@@ -14,9 +14,11 @@ pub(crate) fn with_comments(header: &str) -> String {
     for line in header.lines() {
         is_settings = (is_settings || line == "typedef struct SeidelSettings {")
             && line != "} SeidelSettings;";
-        let name = line.trim().trim_end_matches(';').rsplit(' ').next();
+        // Arrays such as the noise have comments of their own.
+        let name = line
+            .strip_suffix(';')
+            .and_then(|member| member.rsplit(' ').next());
         let knob = Knob::all().find(|knob| Some(knob.identifier().as_str()) == name);
-        // Noise has its own comment, because it is an array.
         if let Some(knob) = knob.filter(|_| is_settings) {
             text.push_str("  /**\n");
             for line in lines(&comment(knob), WIDTH) {
