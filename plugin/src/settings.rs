@@ -281,17 +281,13 @@ impl SeidelSettings {
     /// Values out of range, and two of which only one may be given, by the name of the member.
     fn put_knobs(mut self, settings: &mut seidel_core::Settings) -> Result<()> {
         for knob in Knob::all() {
-            let in_member = |e: seidel_core::Error| {
-                let name = format!("settings.{}", knob.identifier());
-                Failure::argument(&name, e.problem, &e.remedy)
-            };
             if let Some(value) = self.number(knob) {
                 let is_given = |other: &Knob| self.number(other).is_some();
-                knob.check_alone(is_given).map_err(in_member)?;
-                knob.put_number(value, settings).map_err(in_member)?;
+                knob.check_alone(is_given)?;
+                knob.put_number(value, settings)?;
             } else if let Some(member) = knob_member(INDICES, knob) {
                 let index = *member(&mut self) as usize;
-                knob.put_index(index, settings).map_err(in_member)?;
+                knob.put_index(index, settings)?;
             }
         }
         Ok(())

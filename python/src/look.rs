@@ -1,10 +1,11 @@
-//! Iris and picture of the aperture of `seidel.Look`.
+//! The look of a lens: the attributes of `seidel.Look`, as those of the core.
 
 use pyo3::prelude::*;
-use seidel_core::{AperturePicture, Blades, Settings};
+use seidel_core::{AperturePicture, Blades, Knob, Settings};
 
 use crate::array::ArrayPlanes;
 use crate::error::{Failure, Result};
+use crate::settings::put_knobs;
 
 /// The attributes of `seidel.Look` that are no knobs of the core's table, and the shape of the blades.
 #[derive(FromPyObject)]
@@ -15,10 +16,10 @@ struct LookArgs<'py> {
     aperture_picture: Option<Bound<'py, PyAny>>,
 }
 
-/// Writes blades and picture of `look` to `settings`.
+/// Writes a `seidel.Look` to `settings`.
 ///
 /// # Errors
-/// A picture that is no image array, or black, and a shape of blades without blades.
+/// A picture that is no image array, or black, a shape of blades without blades, and values out of range.
 pub(crate) fn put_look(look: &Bound<'_, PyAny>, settings: &mut Settings) -> Result<()> {
     let args: LookArgs = look.extract()?;
     if args.blades.is_none() && (args.roundness != 0.0 || args.rotation != 0.0) {
@@ -30,7 +31,7 @@ pub(crate) fn put_look(look: &Bound<'_, PyAny>, settings: &mut Settings) -> Resu
     }
     settings.look.blades = args.blades.map(Blades::straight);
     settings.look.picture = args.aperture_picture.as_ref().map(picture).transpose()?;
-    Ok(())
+    put_knobs(look, "look", settings, Knob::is_of_look)
 }
 
 /// Returns the picture in `array`: the mean of R, G and B or the only channel, times alpha.

@@ -75,7 +75,7 @@ impl CallSettings {
         let own: OwnArgs = settings.extract()?;
         let mut core = Settings::default();
         own.put(&mut core)?;
-        put_knobs(&settings, &own.look, &mut core)?;
+        put_knobs(&settings, "settings", &mut core, |knob| !knob.is_of_look())?;
         let kinds = [
             ("premultiplied", AlphaKind::Premultiplied),
             ("unpremultiplied", AlphaKind::Unpremultiplied),
@@ -156,24 +156,22 @@ impl OwnArgs<'_> {
     }
 }
 
-/// Writes the knobs of the core's table, attributes of `settings` and of its `look`, to `core`.
+/// Writes the knobs of the core's table that are attributes of `object`, an argument called `name`, to `core`. They are those of
+/// a look, or all others.
 ///
 /// # Errors
 /// Values of another type or out of range, unknown words, and two attributes of which only one may be given.
-fn put_knobs(
-    settings: &Bound<'_, PyAny>,
-    look: &Bound<'_, PyAny>,
+pub(crate) fn put_knobs(
+    object: &Bound<'_, PyAny>,
+    name: &str,
     core: &mut Settings,
+    is_wanted: impl Fn(&Knob) -> bool,
 ) -> Result<()> {
-    for knob in Knob::all().filter(|knob| !OTHER_KNOBS.contains(&knob.name)) {
+    let knobs = Knob::all().filter(|knob| !OTHER_KNOBS.contains(&knob.name));
+    for knob in knobs.filter(|knob| is_wanted(knob)) {
         let identifier = knob.identifier();
-        let of = if knob.is_of_look() { look } else { settings };
-        let attribute = of.getattr(identifier.as_str())?;
-        let path = if knob.is_of_look() {
-            format!("look.{identifier}")
-        } else {
-            format!("settings.{identifier}")
-        };
+        let attribute = object.getattr(identifier.as_str())?;
+        let path = format!("{name}.{identifier}");
         let in_attribute = |e: seidel_core::Error| Failure::argument(&path, e.problem, e.remedy);
         match &knob.kind {
             KnobKind::Number(number) => {
@@ -186,7 +184,7 @@ fn put_knobs(
                     continue;
                 };
                 let is_given = |other: &Knob| {
-                    let other = settings.getattr(other.identifier().as_str());
+                    let other = object.getattr(other.identifier().as_str());
                     other.is_ok_and(|value| !value.is_none())
                 };
                 knob.check_alone(is_given).map_err(in_attribute)?;
