@@ -5,6 +5,7 @@ use std::io::Write;
 use serde_json::{Value, json};
 
 use crate::progress::{ProgressBar, ProgressForm, ProgressOutput};
+use crate::terms::with_options;
 
 /// The output streams of a command; tests replace them by buffers.
 pub struct Console<'a> {
@@ -50,6 +51,7 @@ impl Console<'_> {
     }
 
     fn say(&mut self, kind: &str, text: &str) {
+        let text = with_options(text);
         let line = if self.progress.is_json() {
             json!({"event": kind, "text": text}).to_string()
         } else {

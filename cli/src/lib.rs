@@ -14,6 +14,7 @@ pub mod report;
 #[cfg(unix)]
 mod signals;
 mod terminal;
+mod terms;
 pub mod view;
 
 pub use console::Console;

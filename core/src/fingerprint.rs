@@ -23,6 +23,10 @@ impl LensSession {
         let mut hasher = DefaultHasher::new();
         // The text forms name every field, so that a new one is never forgotten.
         self.lens().to_json().hash(&mut hasher);
+        // JSON lacks the samples of aperture pictures.
+        let channels = self.lens().profile().pupil_channels().iter();
+        let pictures: Vec<_> = channels.map(|channel| &channel.picture).collect();
+        format!("{pictures:?}").hash(&mut hasher);
         format!("{:?} {geometry:?}", self.settings()).hash(&mut hasher);
         hash_image(image, &mut hasher);
         hash_depth(depth, &mut hasher);
@@ -109,6 +113,24 @@ mod tests {
         let mut hasher = DefaultHasher::new();
         hash_planes([plane], &mut hasher);
         hasher.finish()
+    }
+
+    #[test]
+    fn lenses_with_other_pictures_have_other_fingerprints() {
+        let lens = crate::Lens::from_json(include_str!("../tests/data/lens.json")).expect("a lens");
+        let plate = Plate::new(Image::from_interleaved(1, 1, 1, &[1.0]).expect("an image"));
+        let of_picture = |transmission: f32| {
+            let picture = crate::AperturePicture::new(1, &[transmission]).expect("lit");
+            let look = crate::Look {
+                picture: Some(picture),
+                ..crate::Look::default()
+            };
+            let drawn = lens.with_look(&look).expect("a pupil lens");
+            let session = LensSession::new(&drawn, &crate::Settings::default());
+            session.expect("valid").fingerprint(&plate)
+        };
+        assert_eq!(of_picture(1.0), of_picture(1.0));
+        assert_ne!(of_picture(1.0), of_picture(0.5));
     }
 
     #[test]

@@ -98,6 +98,7 @@ mod expansion;
 mod fingerprint;
 mod finite;
 mod image;
+mod knobs;
 mod lens;
 mod light_scale;
 mod margins;
@@ -136,6 +137,10 @@ pub use apply::apply;
 pub use coc_scale::{COC_SCALE, CocColours, CocStop};
 pub use diagnose::diagnose;
 pub use image::{AlphaKind, Image};
+pub use knobs::{
+    Choice, ChoiceOption, HostGroup, HostKnob, Knob, KnobKind, KnobScope, KnobUse, Mode, Number,
+    Relation, Switch, Unit,
+};
 pub use lens::Lens;
 pub use margins::Margins;
 pub use match_colours::match_colours;

@@ -66,7 +66,7 @@ impl PreparedPlate {
             settings,
             scale,
             ..
-        } = self.removal_inputs();
+        } = self.removal_inputs()?;
         let colour_count = light.colour_count();
         if colour_count < 2 {
             let remedy = "give a plate with R, G and B, or remove all blur";

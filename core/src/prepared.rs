@@ -13,11 +13,11 @@ use crate::light_scale::LightScale;
 use crate::margins::Margins;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
-use crate::plate::{LensScale, Plate, PlateGeometry};
+use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry};
 use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
 use crate::rendering::Rendering;
-use crate::session::{LensSession, PlateOptics, Refocused, refocus};
+use crate::session::{FocusedVergence, LensSession, PlateOptics, refocus};
 use crate::settings::Edges;
 use seidel_optics::Progress;
 
@@ -49,19 +49,14 @@ impl LensSession {
     /// Planes of wrong size or with samples that are not finite, a colour for which the lens has no channel, a depth pass
     /// where the lens was measured at one distance, and a depth pass or matte that cannot be read.
     pub fn prepare(self: &Arc<Self>, plate: Plate) -> Result<PreparedPlate> {
-        let depth = PreparedDepth::new(self, &plate.geometry, plate.depth)?;
-        let holdout = plate.holdout.map(|matte| {
-            let holdout = PreparedHoldout::new(self, &plate.geometry, matte);
-            holdout.map_err(|e| e.within("holdout"))
-        });
-        let background = plate.background.map(|background| {
-            let background = PreparedBackground::new(self, &plate.geometry, background);
-            background.map_err(|e| e.within("background"))
-        });
-        let mut prepared =
-            self.prepare_parts(plate.image, plate.geometry, depth, holdout.transpose()?)?;
-        if let Some(background) = background.transpose()? {
-            prepared.set_background(background)?;
+        let geometry = plate.geometry;
+        let depth = PreparedDepth::new(self, &geometry, plate.depth)?;
+        let holdout = (plate.holdout).map(|matte| PreparedHoldout::new(self, &geometry, matte));
+        let holdout = holdout.transpose().map_err(|e| e.within("holdout"))?;
+        let mut prepared = self.prepare_parts(plate.image, geometry, depth, holdout)?;
+        if let Some(background) = plate.background {
+            let background = PreparedBackground::new(self, &geometry, background);
+            prepared.set_background(background.map_err(|e| e.within("background"))?)?;
         }
         Ok(prepared)
     }
@@ -180,9 +175,13 @@ impl PreparedPlate {
     }
 
     /// Adds a holdout matte.
-    #[must_use]
-    pub fn with_holdout(self, holdout: Option<PreparedHoldout>) -> Self {
-        Self { holdout, ..self }
+    ///
+    /// # Errors
+    /// Those of [`PreparedHoldout::new`].
+    pub fn set_holdout(&mut self, matte: HoldoutMatte) -> Result<()> {
+        let holdout = PreparedHoldout::new(&self.session, &self.geometry, matte)?;
+        self.holdout = Some(holdout);
+        Ok(())
     }
 
     /// Adds a background.
@@ -374,28 +373,18 @@ impl PreparedPlate {
         let settings = self.session.settings();
         self.session
             .with_optics(&self.placement, self.depth.vergence(), |optics| {
-                let refocused = self.holdout.as_ref().and_then(|holdout| {
-                    let pass = holdout.vergence()?;
-                    optics.focus_remap.map(|range| refocus(range, pass))
-                });
-                let holdout = self.holdout.as_ref().map(|holdout| Holdout {
+                let refocus = |vergence| refocus(optics.focus_remap, vergence);
+                let holdout = self.holdout.as_ref();
+                let holdout_vergence = holdout.and_then(PreparedHoldout::vergence).map(refocus);
+                let holdout = holdout.map(|holdout| Holdout {
                     matte: holdout.matte(),
-                    vergence: refocused
-                        .as_ref()
-                        .map(Refocused::pass)
-                        .or(holdout.vergence()),
+                    vergence: holdout_vergence.as_ref().map(FocusedVergence::pass),
                 });
-                let background_planes = background.map(PreparedBackground::planes);
-                let background_vergence = background.map(PreparedBackground::vergence);
-                let remapped = background_vergence.and_then(|pass| {
-                    let range = optics.focus_remap?;
-                    Some(refocus(range, pass))
+                let behind = background.map(|own| (own.planes(), refocus(own.vergence())));
+                let background = behind.as_ref().map(|(planes, vergence)| Background {
+                    planes,
+                    vergence: vergence.pass(),
                 });
-                let background_vergence =
-                    (remapped.as_ref().map(Refocused::pass)).or(background_vergence);
-                let background = background_planes.as_deref().zip(background_vergence);
-                let background =
-                    background.map(|(planes, vergence)| Background { planes, vergence });
                 let occlusion = settings.occlusion.map(|occlusion| Occlusion {
                     fill_foreground: occlusion.fill_foreground,
                     blur_inside: occlusion.blur_inside,

@@ -16,7 +16,7 @@ use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
 use crate::prepared_background::PreparedBackground;
 use crate::rendering::Rendering;
-use crate::session::{Refocused, refocus};
+use crate::session::refocus;
 use crate::settings::{Edges, Grain, Quality, RemovalSettings};
 use seidel_optics::Progress;
 
@@ -37,14 +37,15 @@ impl PreparedPlate {
     /// foreground become sharp as well; without it, they keep their blur.
     ///
     /// # Errors
-    /// Those of [`Deconvolver::remove`], cancellation by `progress` among them.
+    /// A number of noise values that is neither one nor that of the colours, and those of [`Deconvolver::remove`], cancellation by
+    /// `progress` among them.
     pub fn remove(&self, noise_gain: NoiseGain, progress: &Progress) -> Result<RemovedPlate> {
         let RemovalInputs {
             light,
             background,
             settings,
             scale,
-        } = self.removal_inputs();
+        } = self.removal_inputs()?;
         let colour_count = light.colour_count();
         let planes = RemovalPlanes {
             planes: (light.weighted(self.weights()).into_iter().enumerate())
@@ -58,9 +59,8 @@ impl PreparedPlate {
             let Some(background) = background else {
                 return whole();
             };
-            let remapped = (optics.focus_remap).map(|range| refocus(range, background.vergence()));
-            let vergence = remapped.as_ref().map(Refocused::pass);
-            match DepthSplit::new(scene, vergence.unwrap_or(background.vergence()))? {
+            let vergence = refocus(optics.focus_remap, background.vergence());
+            match DepthSplit::new(scene, vergence.pass())? {
                 Some(split) => {
                     let clean = background.light().planes();
                     planes.solve_split(&split, clean, noise_gain, progress)
@@ -81,32 +81,43 @@ impl PreparedPlate {
         Ok(removed)
     }
 
-    /// The light of the plate and its background and the settings of their removal, scaled where arithmetic could overflow.
-    pub(crate) fn removal_inputs(&self) -> RemovalInputs {
+    /// Returns the light of the plate and its background and the settings of their removal, scaled where arithmetic could overflow.
+    ///
+    /// # Errors
+    /// A number of noise values that is neither one nor that of the colours.
+    pub(crate) fn removal_inputs(&self) -> Result<RemovalInputs> {
         let light = self.undeveloped();
         let background = self
             .background()
             .map(|background| background.undeveloped(self.session().predictor(), self.weights()));
         let mut settings = self.session().settings().removal.clone();
+        let (given, colours) = (settings.noise.len(), light.colour_count());
+        if given > 1 && given != colours {
+            return Err(Error::new(
+                "noise",
+                format!("has {given} values for a plate of {colours} colours"),
+                "give one value for all colours, or one for each",
+            ));
+        }
         let peak = background.as_ref().map_or(0.0, PreparedBackground::peak);
         let Some(scale) = LightScale::for_peak(light.peak().max(peak)) else {
-            return RemovalInputs {
+            return Ok(RemovalInputs {
                 light,
                 background,
                 settings,
                 scale: None,
-            };
+            });
         };
         settings.noise.iter_mut().for_each(|v| *v *= scale.factor());
         if let Saturation::Level(level) = &mut settings.saturation {
             *level *= scale.factor();
         }
-        RemovalInputs {
+        Ok(RemovalInputs {
             light: light.reduced_by(scale),
             background: background.map(|background| background.reduced_by(scale)),
             settings,
             scale: Some(scale),
-        }
+        })
     }
 
     /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens. Of plates
@@ -117,7 +128,7 @@ impl PreparedPlate {
     pub fn blur_share(&self, progress: &Progress) -> Result<f64> {
         let RemovalInputs {
             light, settings, ..
-        } = self.removal_inputs();
+        } = self.removal_inputs()?;
         let settings = &settings;
         self.with_optics(|optics| {
             let colour_count = light.colour_count();

@@ -7,10 +7,11 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{self, PsfModel};
 use seidel_render::{
-    AdjustedLens, Bloom, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens,
-    Scene, VergencePass,
+    AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene,
+    VergencePass,
 };
 
+use crate::knobs;
 use crate::lens::Lens;
 use crate::placement::PlatePlacement;
 use crate::plate::PlateGeometry;
@@ -29,7 +30,7 @@ pub struct LensSession {
 /// The optics of a plate, and the focus settings that made its vergences.
 pub(crate) struct PlateOptics<'a> {
     pub(crate) scene: Scene<'a>,
-    /// Focus range by which the vergences of a holdout are to be changed; `None` where they stay.
+    /// Focus range by which the vergences of holdout and background are to be changed; `None` where they stay.
     pub(crate) focus_remap: Option<&'a FocusRemap>,
 }
 
@@ -40,10 +41,10 @@ impl LensSession {
     /// Controls that the lens does not have, an unknown PSF model or one that cannot draw the lens, channels that the
     /// lens lacks, and values out of range.
     pub fn new(lens: &Lens, settings: &Settings) -> Result<Self> {
+        knobs::check(settings)?;
         let named = settings.psf_model.as_deref().map(psf::by_id).transpose()?;
         let lens = lens.with_controls(&settings.controls)?;
         let lens = lens.with_look(&settings.look)?;
-        settings.bloom.as_ref().map_or(Ok(()), Bloom::check)?;
         let predictor = lens.predictor();
         let model = named.unwrap_or_else(|| predictor.default_model());
         predictor.check_model(model).map_err(unsupported)?;
@@ -59,7 +60,6 @@ impl LensSession {
             settings: settings.clone(),
             lens,
         };
-        session.focus.check()?;
         session
             .adjusted(session.settings.axis_offset_px)
             .map(|_| ())?;
@@ -93,7 +93,7 @@ impl LensSession {
     pub fn with_amount(&self, amount: f64) -> Result<Self> {
         let mut session = self.clone();
         session.settings.amount = amount;
-        session.adjusted((0.0, 0.0)).map(|_| ())?;
+        knobs::check(&session.settings)?;
         Ok(session)
     }
 
@@ -208,7 +208,7 @@ impl LensSession {
         } else {
             Some(FocusRemap::new(lens, placement.extent(), &self.focus)?)
         };
-        let refocused = focus_remap.as_ref().map(|range| refocus(range, vergence));
+        let refocused = refocus(focus_remap.as_ref(), vergence);
         then(&PlateOptics {
             scene: Scene {
                 lens,
@@ -216,7 +216,7 @@ impl LensSession {
                 width: placement.width,
                 height: placement.height,
                 map,
-                vergence: refocused.as_ref().map_or(vergence, Refocused::pass),
+                vergence: refocused.pass(),
                 edges: seidel_render::Edges::Mirror,
                 displacement: self.settings.displacement,
             },
@@ -234,28 +234,36 @@ impl LensSession {
     }
 }
 
-/// Vergences changed by focus settings.
-pub(crate) enum Refocused {
+/// Vergences, changed by focus settings if there are any.
+pub(crate) enum FocusedVergence<'v> {
+    Unchanged(VergencePass<'v>),
     Constant(f64),
     PerPixel(Vec<f32>),
 }
 
-impl Refocused {
+impl FocusedVergence<'_> {
     pub(crate) fn pass(&self) -> VergencePass<'_> {
         match self {
+            Self::Unchanged(vergence) => *vergence,
             Self::Constant(vergence) => VergencePass::Constant(*vergence),
             Self::PerPixel(pass) => VergencePass::PerPixel(pass),
         }
     }
 }
 
-/// Changes vergences by the focus settings of `range`.
-pub(crate) fn refocus(range: &FocusRemap, vergence: VergencePass) -> Refocused {
+/// Changes vergences by the focus settings of `range`, if any.
+pub(crate) fn refocus<'v>(
+    range: Option<&FocusRemap>,
+    vergence: VergencePass<'v>,
+) -> FocusedVergence<'v> {
+    let Some(range) = range else {
+        return FocusedVergence::Unchanged(vergence);
+    };
     match vergence {
-        VergencePass::Constant(vergence) => Refocused::Constant(range.vergence(vergence)),
+        VergencePass::Constant(vergence) => FocusedVergence::Constant(range.vergence(vergence)),
         VergencePass::PerPixel(pass) => {
             let refocused = pass.iter().map(|v| range.vergence(f64::from(*v)) as f32);
-            Refocused::PerPixel(refocused.collect())
+            FocusedVergence::PerPixel(refocused.collect())
         }
     }
 }

@@ -4,6 +4,8 @@ use seidel_optics::profile::{Controls, Look};
 use seidel_render::remove::Saturation;
 use seidel_render::{Bloom, Displacement, FocusControls, Gather, KernelStore, Renderer, Scatter};
 
+use crate::plate::LensScale;
+
 /// Settings of the lens and of a render. The defaults use the lens as measured.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -23,6 +25,8 @@ pub struct Settings {
     pub channel_scales: Vec<ChannelScale>,
     /// Offset of the optical axis, plate pixels right and down.
     pub axis_offset_px: (f64, f64),
+    /// Scale of the lens's frame on the plate, for callers that place plates by it.
+    pub lens_scale: LensScale,
     /// Displacement that is rendered: none, lateral colour, or lateral colour and distortion.
     pub displacement: Displacement,
     /// Range in focus, growth of blur before and behind it, and the largest kernel. The focus distance of `controls`,
@@ -50,6 +54,7 @@ impl Default for Settings {
             amount: 1.0,
             channel_scales: Vec::new(),
             axis_offset_px: (0.0, 0.0),
+            lens_scale: LensScale::default(),
             displacement: Displacement::Lateral,
             focus: FocusControls::default(),
             quality: Quality::Final,

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use seidel_core::render::RenderWindow;
 use seidel_core::{
     AlphaKind, ChannelScale, Controls, Depth, DepthPass, ErrorKind, Image, Lens, LensSession,
-    Margins, ObjectDistance, Plate, Quality, Settings, apply, no_progress, relens, remove,
+    Margins, ObjectDistance, Plate, Quality, Settings, apply, match_colours, no_progress, relens,
+    remove,
 };
 
 const WIDTH: usize = 96;
@@ -65,6 +66,18 @@ fn removal_undoes_most_of_the_blur() {
     let restored = remove(&lens, &plate, &settings, &no_progress).expect("a removal");
     let after = root_mean_square_difference(&restored, &sharp);
     assert!(after < 0.6 * before, "{after} of {before}");
+}
+
+#[test]
+fn noise_of_two_colours_of_three_is_refused() {
+    let plate = Plate::new(image(3)).with_depth(at_metres(4.0));
+    let settings = with(|s| s.removal.noise = vec![0.01, 0.02]);
+    for removal in [remove, match_colours] {
+        let refused = removal(&lens(), &plate, &settings, &no_progress).expect_err("refused");
+        let message = refused.to_string();
+        let parts = ["noise", "2 values", "3 colours", "one for each"];
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! Growth of the region of definition by the reach of the blur, so that an element keeps its blurred rim.
 
-use seidel_core::{Lens, LensSession, ObjectDistance, Rectangle};
+use seidel_core::{Expand, HostGroup, Lens, LensSession, ObjectDistance, Rectangle, Settings};
 
 use crate::clips::DEPTH;
 use crate::geometry::{Field, PixelMap, PlateScale, Scale};
 use crate::host::{Call, Clip, Result};
-use crate::knobs::{Knobs, depth, lens, output, render};
+use crate::knobs::{Knobs, depth, lens, output};
 use crate::settings::{HostQuality, chosen_lens, plate_distance_m, plate_geometry, settings};
 use crate::sys::OfxRectD;
 use crate::sys::clip::{ALPHA, COMPONENTS, RGBA};
@@ -27,11 +27,14 @@ pub(crate) fn expanded_region(
 ) -> OfxRectD {
     let is_blur =
         knobs.choice(&lens::MODE) == lens::APPLY && knobs.choice(&output::OUTPUT) == output::RESULT;
-    let sides = match knobs.choice(&render::EXPAND) {
-        _ if !is_blur => [false; 4],
-        render::EXPAND_AUTO if has_alpha(source) => sides_within(region, project),
-        render::EXPAND_ON => [true; 4],
-        _ => [false; 4],
+    let mut settings = Settings::default();
+    if !is_blur || (knobs.put(HostGroup::Render, PlateScale::FULL, &mut settings)).is_err() {
+        return region;
+    }
+    let sides = match settings.expand {
+        Expand::Auto if has_alpha(source) => sides_within(region, project),
+        Expand::Always => [true; 4],
+        Expand::Auto | Expand::Never => [false; 4],
     };
     if sides == [false; 4] {
         return region;
@@ -92,7 +95,12 @@ fn reach(
     let session = LensSession::new(&profile, &settings)?;
     let map = PixelMap::new(full.pixels_of(format), Field::Whole);
     let of_plate = |region| -> Rectangle { map.rectangle(full.pixels_of(region)) };
-    let geometry = plate_geometry(knobs, scale, of_plate(format), of_plate(source_region));
+    let geometry = plate_geometry(
+        session.settings(),
+        scale,
+        of_plate(format),
+        of_plate(source_region),
+    );
     let mut largest = (0.0_f64, 0.0_f64);
     for distance in distances(call, knobs, session.lens())? {
         let (x, y) = session.reach_px(&geometry, distance)?;

@@ -86,6 +86,13 @@ pub(crate) struct PlateScale {
 }
 
 impl PlateScale {
+    /// Full resolution, with square pixels.
+    pub(crate) const FULL: Self = Self {
+        x: 1.0,
+        y: 1.0,
+        row_offset: 0.0,
+    };
+
     /// Creates the scale of the plate that `field` of a render at `scale` is.
     pub(crate) fn new(scale: Scale, field: Field) -> Self {
         let (y, row_offset) = match field {

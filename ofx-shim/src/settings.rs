@@ -1,22 +1,17 @@
 //! The parameters as lens, settings and geometry of the core.
 
-mod look;
-
 use std::sync::Arc;
 
 use seidel_core::{
-    ChannelScale, Controls, DepthMeaning, Displacement, Edges, FocusControls, Grain, Lens,
-    LensScale, ObjectDistance, OcclusionSettings, PlateGeometry, Quality, Rectangle,
-    RemovalSettings, Saturation, Settings,
+    Blades, ChannelScale, DepthMeaning, HostGroup, Lens, ObjectDistance, PlateGeometry, Quality,
+    Rectangle, Settings,
 };
 
 use crate::depth::DepthEncoding;
 use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
-use crate::knobs::{Knob, Knobs, depth, focus, lens, remove, render};
+use crate::knobs::{Knob, Knobs, depth, focus, lens, look, render};
 use crate::lens::{LensOrigin, built_in, load};
-use look::put_look;
-pub(crate) use look::put_look_with;
 
 /// Quality that the host asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +42,7 @@ pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc
 /// Returns the settings for the lens `profile`, with the look if the mode is Apply.
 ///
 /// # Errors
-/// Parameters that the lens cannot follow, by name.
+/// Parameters out of range, and those that the lens cannot follow, by name.
 pub(crate) fn settings(
     knobs: &Knobs,
     profile: &Lens,
@@ -55,76 +50,53 @@ pub(crate) fn settings(
     quality: HostQuality,
 ) -> Result<Settings> {
     let mut settings = Settings::default();
-    settings.amount = knobs.number(&lens::AMOUNT);
+    for group in [
+        HostGroup::Lens,
+        HostGroup::Focus,
+        HostGroup::Render,
+        HostGroup::Remove,
+    ] {
+        knobs.put(group, scale, &mut settings)?;
+    }
     settings.channel_scales = channel_scales(knobs, profile)?;
-    settings.displacement = match knobs.choice(&lens::GEOMETRY) {
-        0 => Displacement::None,
-        1 => Displacement::Lateral,
-        _ => Displacement::Full,
-    };
     let focus_distance = focus_distance_m(knobs)?;
-    settings.controls = Controls {
-        focal_length_mm: unless_zero(knobs.number(&lens::FOCAL_LENGTH)),
-        focus_distance: focus_distance.map(ObjectDistance::metres).transpose()?,
-        f_number: unless_zero(knobs.number(&lens::F_STOP)),
-        sensor_shift_um: unless_zero(knobs.number(&lens::SENSOR_SHIFT)),
-    };
-    settings.focus = FocusControls {
-        focus_per_m: None,
-        depth_of_field_m: knobs.number(&focus::DEPTH_OF_FIELD),
-        front: knobs.number(&focus::FRONT),
-        back: knobs.number(&focus::BACK),
-        maximum_px: unless_zero(knobs.number(&focus::MAX_SIZE) * scale.y),
-    };
+    settings.controls.focus_distance = focus_distance.map(ObjectDistance::metres).transpose()?;
     let (right, up) = knobs.pair(&lens::AXIS_OFFSET);
     settings.axis_offset_px = (right * scale.x, -up * scale.y + scale.row_offset);
-    settings.quality = match knobs.choice(&render::QUALITY) {
-        0 => Quality::Draft,
-        1 => Quality::Final,
-        _ => Quality::Exact,
-    };
     if quality == HostQuality::Draft && knobs.is_on(&render::AUTO_DRAFT) {
         settings.quality = Quality::Draft;
     }
-    settings.edges = match knobs.choice(&render::EDGES) {
-        0 => Some(Edges::Mirror),
-        1 => Some(Edges::Black),
-        2 => Some(Edges::Extend),
-        _ => None,
-    };
-    settings.occlusion = knobs.is_on(&render::OCCLUSION).then(|| OcclusionSettings {
-        fill_foreground: knobs.is_on(&render::FILL_FOREGROUND),
-        blur_inside: knobs.is_on(&render::BLUR_INSIDE),
-    });
-    settings.removal = removal(knobs);
     if knobs.choice(&lens::MODE) == lens::APPLY {
-        put_look(knobs, profile, &mut settings)?;
+        put_look(knobs, profile, scale, &mut settings)?;
     }
     Ok(settings)
 }
 
-fn removal(knobs: &Knobs) -> RemovalSettings {
-    RemovalSettings {
-        noise: unless_zero(knobs.number(&remove::NOISE))
-            .into_iter()
-            .collect(),
-        saturation: match knobs.choice(&remove::CLIP) {
-            0 => Saturation::Auto,
-            1 => Saturation::Never,
-            _ => Saturation::Level(knobs.number(&remove::CLIP_LEVEL)),
-        },
-        strength: knobs.number(&remove::STRENGTH),
-        grain: if knobs.choice(&remove::GRAIN) == 0 {
-            Grain::Keep
-        } else {
-            Grain::Solved
-        },
+/// Puts look and bloom for the lens `profile` into `settings`, without a picture of the aperture.
+///
+/// # Errors
+/// A look of a lens that has no rays.
+pub(crate) fn put_look(
+    knobs: &Knobs,
+    profile: &Lens,
+    scale: PlateScale,
+    settings: &mut Settings,
+) -> Result<()> {
+    let count = look::blade_count(knobs.choice(&look::BLADES));
+    settings.look.blades = count.map(Blades::straight);
+    knobs.put(HostGroup::Look, scale, settings)?;
+    let chosen = &settings.look;
+    if chosen.is_neutral() || profile.predictor().has_rays() {
+        return Ok(());
     }
+    Err(Failure::failed(format!(
+        "Look: {chosen}: this lens was fitted with --model moments, which says nothing about its pupil; set Blades to Lateral Colour to their defaults, or choose a lens that comes with Seidel or one fitted with --model reduced."
+    )))
 }
 
 /// Returns the place of a plate with these pixels in the frame of the lens.
 pub(crate) fn plate_geometry(
-    knobs: &Knobs,
+    settings: &Settings,
     scale: PlateScale,
     format: Rectangle,
     extent: Rectangle,
@@ -133,14 +105,8 @@ pub(crate) fn plate_geometry(
         display: format,
         data: extent,
         pixel_aspect: scale.y / scale.x,
-        lens_scale: lens_scale(knobs, scale),
+        lens_scale: settings.lens_scale,
     }
-}
-
-fn lens_scale(knobs: &Knobs, scale: PlateScale) -> LensScale {
-    let film_back = unless_zero(knobs.number(&lens::FILM_BACK)).map(LensScale::FilmBack);
-    let ratio = unless_zero(knobs.number(&lens::LENS_SCALE) * scale.y).map(LensScale::PixelRatio);
-    film_back.or(ratio).unwrap_or_default()
 }
 
 /// Returns the meaning of depth samples of `encoding` after conversion by [`DepthConversion`](crate::depth::DepthConversion).

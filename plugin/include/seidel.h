@@ -64,11 +64,16 @@
 /**
  * The nearest pixel of the plate lies beyond it, with its depth and blur.
  */
-#define SEIDEL_EDGES_NEAREST 2
+#define SEIDEL_EDGES_EXTEND 2
+
+/**
+ * An earlier name of SEIDEL_EDGES_EXTEND.
+ */
+#define SEIDEL_EDGES_NEAREST SEIDEL_EDGES_EXTEND
 
 /**
  * The edges are chosen by the alpha along the border: mirrored for full frames, black for elements over nothing,
- * nearest for elements that the border cuts. The default.
+ * extended for elements that the border cuts. The default.
  */
 #define SEIDEL_EDGES_AUTO 3
 
@@ -78,7 +83,7 @@
 #define SEIDEL_QUALITY_DRAFT 0
 
 /**
- * For delivery: 60 dB, or 50 dB for a lens drawn ray by ray. The default.
+ * For delivery: 60 dB, 75 dB where no blur is above 6 px, 50 dB for a lens drawn ray by ray. The default.
  */
 #define SEIDEL_QUALITY_FINAL 1
 
@@ -272,7 +277,9 @@ typedef struct SeidelLensInfo {
 
 /**
  * Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a
- * meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
+ * meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names. The members from
+ * `blades` to `bloom_radius` are the look of the lens as f-number and focus distance set it, in seidel_apply, seidel_kernel,
+ * seidel_region_of_interest and for the new lens of seidel_relens.
  */
 typedef struct SeidelSettings {
   /**
@@ -280,7 +287,8 @@ typedef struct SeidelSettings {
    */
   uint64_t size;
   /**
-   * Strength of blur and displacement, 0 (none) to 16; 1 is as measured, and the default.
+   * Strength of the lens's blur and displacement: 0 leaves the plate unchanged, 1 is as measured (0 to 16). Default
+   * 1.
    */
   double amount;
   /**
@@ -293,7 +301,7 @@ typedef struct SeidelSettings {
    */
   uint32_t channel_scale_count;
   /**
-   * SEIDEL_GEOMETRY_...
+   * Displacement of light by the lens: SEIDEL_GEOMETRY_...
    */
   uint32_t geometry;
   /**
@@ -309,52 +317,60 @@ typedef struct SeidelSettings {
    */
   const char *psf_model;
   /**
-   * Focus distance, metres; may be INFINITY. NaN: as measured.
+   * Distance to focus the lens on (metres or inf; as measured if NaN). For lenses of rays: those of the library, and
+   * those fitted by the model reduced or extended.
    */
   double focus_distance;
   /**
-   * F-number. NaN: as measured. Below the measured one the blur is extrapolated.
+   * F-number to stop the lens down to (as measured if NaN). Below the measured one the blur is extrapolated. For
+   * lenses of rays.
    */
   double f_number;
   /**
-   * Shift of the sensor away from the lens, micrometres. NaN: as measured.
+   * Shift of the sensor away from the lens; negative towards it (micrometres; as measured if NaN). For lenses of
+   * rays.
    */
   double sensor_shift_um;
   /**
-   * Range around the focus plane that is as sharp as the plane, half of it on each side, metres. Default 0.
+   * Depth of the range that is as sharp as the focus plane, half of it on each side (metres). Default 0. Beyond the
+   * range, depth is measured from its nearer end.
    */
   double depth_of_field;
   /**
-   * Factor of the vergence difference to the focus plane for objects in front of it, 0 to 16. Default 1.
+   * Factor on the distance from focus, in vergence, in front of the focus plane: blur grows as many times as fast (0
+   * to 16). Default 1.
    */
   double front_multiplier;
   /**
-   * Factor of the vergence difference to the focus plane for objects behind it, 0 to 16. Default 1.
+   * Factor on the distance from focus, in vergence, behind the focus plane (0 to 16). Default 1.
    */
   double back_multiplier;
   /**
-   * Largest kernel, as the radius of a uniform disc, plate pixels. NaN: no limit.
+   * Radius of the largest kernel in the frame: that of a uniform disc (plate pixels; none if NaN). For other kernels
+   * it is two standard deviations. A larger kernel is replaced by that of the distance at which it has this radius.
    */
   double maximum_size;
   /**
-   * SEIDEL_QUALITY_... (seidel_apply)
+   * Accuracy of the render, as PSNR against the exact renderer: SEIDEL_QUALITY_... (seidel_apply)
    */
   uint32_t quality;
   /**
-   * SEIDEL_EDGES_... (seidel_apply)
+   * Light beyond the edges of the plate: SEIDEL_EDGES_... (seidel_apply)
    */
   uint32_t edges;
   /**
-   * Switch: near surfaces occlude far ones where depth varies. Default 1. (seidel_apply)
+   * Switch: Near surfaces occlude far ones where depth varies; otherwise the light of all depths is added. Default
+   * 1. (seidel_apply)
    */
   uint32_t occlusion;
   /**
-   * Switch: background that a blurred foreground uncovers is filled from the background beside it. Default 1.
-   * (seidel_apply)
+   * Switch: Background that a blurred foreground uncovers is filled from the background beside it, rather than with
+   * the foreground's own light. Default 1. (seidel_apply)
    */
   uint32_t fill_foreground;
   /**
-   * Switch: a blurred foreground becomes transparent inside its own outline. Default 1. (seidel_apply)
+   * Switch: A blurred foreground becomes transparent inside its own outline too, as in a camera; otherwise it only
+   * blurs outwards. Default 1. (seidel_apply)
    */
   uint32_t blur_inside;
   /**
@@ -370,7 +386,8 @@ typedef struct SeidelSettings {
    */
   uint32_t scrub;
   /**
-   * Plate pixels per pixel of the lens's frame, counted along y. NaN: the format is as wide as the frame.
+   * Scale of the lens's frame on the plate, along y (plate pixels per pixel of the lens's frame; from the display
+   * window if NaN).
    */
   double lens_scale;
   /**
@@ -404,11 +421,12 @@ typedef struct SeidelSettings {
    */
   uint32_t depth_kind;
   /**
+   * Level from which samples are clipped: they and the pixels that their light reaches keep their blur:
    * SEIDEL_CLIP_... (blur removal)
    */
   uint32_t clip;
   /**
-   * Level at which samples are clipped, for SEIDEL_CLIP_LEVEL. Default 1. (blur removal)
+   * Level from which samples are clipped, where clipping is by level (scene-linear). Default 1. (blur removal)
    */
   double clip_level;
   /**
@@ -417,11 +435,11 @@ typedef struct SeidelSettings {
    */
   double noise[4];
   /**
-   * Weight of the sharp image against the plate, 0 to 1. Default 1. (seidel_remove)
+   * Weight of the sharp image against the plate: 0 leaves the plate unchanged (0 to 1). Default 1. (seidel_remove)
    */
   double strength;
   /**
-   * SEIDEL_GRAIN_... (seidel_remove)
+   * Grain of the sharp image: SEIDEL_GRAIN_... (seidel_remove)
    */
   uint32_t grain;
   /**
@@ -433,10 +451,8 @@ typedef struct SeidelSettings {
    */
   uint64_t memory;
   /**
-   * Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. This and the
-   * following members are the look of the lens as f-number and focus distance set it, in seidel_apply, seidel_kernel,
-   * seidel_region_of_interest and for the new lens of seidel_relens. All but bloom need a lens of the kind
-   * SEIDEL_LENS_RAYS.
+   * Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. All looks but bloom
+   * need a lens of the kind SEIDEL_LENS_RAYS.
    */
   uint32_t blades;
   /**
@@ -453,57 +469,64 @@ typedef struct SeidelSettings {
    */
   uint64_t aperture_count;
   /**
-   * Curvature of the blades, 0 (straight, the default) to 1 (one circle).
+   * Curvature of the iris blades: 0 straight, 1 one circle (0 to 1). Default 0.
    */
   double roundness;
   /**
-   * Direction of one corner of discs before the focus, -180 to 180 degrees from right towards down. Discs behind the
-   * focus are turned by 180 degrees.
+   * Direction of one corner of discs before the focus, from right towards down (-180 to 180 degrees). Default 0.
+   * Discs behind the focus are turned by 180 degrees.
    */
   double rotation;
   /**
-   * Height of discs over their width, 0.4 to 2.5, times that of the lens. Default 1.
+   * Height of discs over their width, times that of the lens: 2 for the ovals of a 2x anamorphic lens (0.4 to 2.5).
+   * Default 1.
    */
   double squeeze;
   /**
-   * Radius of the dark middle of discs, 0 (the default) to 0.9 of theirs.
+   * Radius of the dark middle of discs over theirs, as of a mirror lens; 0 as the lens (0 to 0.9). Default 0.
    */
   double obstruction;
   /**
-   * Cat's eyes towards the corners: -1 round discs, 0 (the default) as the lens, 1 strong ones.
+   * Cat's eyes towards the corners: -1 round discs, 0 as the lens, 1 strong ones (-1 to 1). Default 0.
    */
   double cats_eye;
   /**
-   * Spherical aberration added: -1 soft discs behind the focus, 1 bubbles with bright rims. Default 0.
+   * Spherical aberration added: -1 soft discs behind the focus, 1 bubbles with bright rims (-1 to 1). Default 0.
+   * Before the focus it is the other way round.
    */
   double spherical;
   /**
-   * Factor on the difference of focus between channels, -4 to 4. Default 1.
+   * Factor on the difference of focus between channels: 0 none, 1 as the lens (-4 to 4). Default 1.
    */
   double axial_colour;
   /**
-   * Factor on the difference of magnification between channels, -4 to 4. Default 1.
+   * Factor on the difference of magnification between channels: 0 none, 1 as the lens (-4 to 4). Default 1. Without
+   * lateral colour in the geometry it has no effect.
    */
   double lateral_colour;
   /**
-   * Share of the light above `bloom_level` that spreads around highlights, 0 (the default) to 1; any lens.
+   * Share of the light above the bloom level that spreads around highlights; any lens (0 to 1). Default 0.
    */
   double bloom;
   /**
-   * Scene-linear value above which light spreads, at least 0. Default 1.
+   * Value above which light spreads (scene-linear). Default 1.
    */
   double bloom_level;
   /**
-   * Radius that holds half of the spread light, 0.05 to 20 per cent of the width of the lens's frame. Default 1.
+   * Radius that holds half of the spread light (0.05 to 20 per cent of the width of the lens's frame). Default 1.
    */
   double bloom_radius;
   /**
-   * Focal length to scale the lens and its frame to, millimetres; f-number and focus distance stay. NaN: as measured.
+   * Focal length to scale the lens and its frame to; f-number and focus distance stay (millimetres; as measured if
+   * NaN). Blur is that of a lens of this focal length with the measured one's aberrations. For lenses of rays: those
+   * of the library, and those fitted by the model reduced or extended.
    */
   double focal_length_mm;
   /**
-   * Width of the sensor that the format shows (film back), millimetres, for lenses of known pixel pitch; `lens_scale`
-   * must be NaN. NaN: as `lens_scale` says.
+   * Width of the sensor that the display window shows (film back), instead of the lens scale: a smaller sensor crops
+   * the lens's frame (millimetres; by the lens scale if NaN). Common widths: 36 for full frame, 24.9 for Super 35,
+   * 12.5 for Super 16. The lens profile must have a pixel pitch. Beyond the frame of the lens its blur is
+   * extrapolated.
    */
   double film_back_mm;
 } SeidelSettings;

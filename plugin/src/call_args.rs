@@ -39,7 +39,7 @@ impl CallArgs {
                 output: ImageView::new(output, "output")?,
                 alphas: ImageView::optional(alphas, "alphas")?,
                 callbacks: read_optional(callbacks, "callbacks")?
-                    .unwrap_or(SeidelCallbacks::DEFAULT),
+                    .unwrap_or_else(SeidelCallbacks::defaults),
             }
         };
         (args.plate).check_outputs(&args.settings, &args.output, args.alphas.as_ref())?;

@@ -28,11 +28,13 @@ pub struct SeidelCallbacks {
 unsafe impl Versioned for SeidelCallbacks {
     const MIN_SIZE: usize = size_of::<Self>();
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        user: std::ptr::null_mut(),
-        progress: None,
-    };
+    fn defaults() -> Self {
+        Self {
+            size: size_of::<Self>() as u64,
+            user: std::ptr::null_mut(),
+            progress: None,
+        }
+    }
 }
 
 impl SeidelCallbacks {

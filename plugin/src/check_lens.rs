@@ -49,9 +49,9 @@ pub unsafe extern "C" fn seidel_check_lens(
                 "give a number above 0",
             ));
         }
-        let session = settings.session_of_plate(&lens)?;
+        let session = settings.session_of_plate(&lens, plate.colour_count())?;
         let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
-        let callbacks = callbacks.unwrap_or(SeidelCallbacks::DEFAULT);
+        let callbacks = callbacks.unwrap_or_else(SeidelCallbacks::defaults);
         let work = move |progress: &Progress<'_>| Ok(prepared.blur_share(progress)?);
         output.write(run(settings.raw.threads, &callbacks, work)?);
         Ok(())

@@ -126,16 +126,18 @@ pub struct SeidelImage {
 unsafe impl Versioned for SeidelImage {
     const MIN_SIZE: usize = size_of::<Self>();
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        data: std::ptr::null_mut(),
-        row_bytes: 0,
-        pixel_bytes: 0,
-        channels: 0,
-        sample: 0,
-        reserved: 0,
-        rect: SeidelRect::EMPTY,
-    };
+    fn defaults() -> Self {
+        Self {
+            size: size_of::<Self>() as u64,
+            data: std::ptr::null_mut(),
+            row_bytes: 0,
+            pixel_bytes: 0,
+            channels: 0,
+            sample: 0,
+            reserved: 0,
+            rect: SeidelRect::EMPTY,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -38,15 +38,17 @@ pub struct SeidelKernel {
 unsafe impl Versioned for SeidelKernel {
     const MIN_SIZE: usize = size_of::<Self>();
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        weights: std::ptr::null_mut(),
-        capacity: 0,
-        left: 0,
-        top: 0,
-        width: 0,
-        height: 0,
-    };
+    fn defaults() -> Self {
+        Self {
+            size: size_of::<Self>() as u64,
+            weights: std::ptr::null_mut(),
+            capacity: 0,
+            left: 0,
+            top: 0,
+            width: 0,
+            height: 0,
+        }
+    }
 }
 
 /// Draws the kernel of lens channel `channel`, counted from 0, at the point (`x`, `y`) of a plate, for an object at
@@ -104,7 +106,7 @@ pub unsafe extern "C" fn seidel_kernel(
         let work = move |_: &Progress<'_>| {
             Ok(session.kernel_at(&geometry, channel as usize, at, distance)?)
         };
-        let drawn = run(1, &SeidelCallbacks::DEFAULT, work)?;
+        let drawn = run(1, &SeidelCallbacks::defaults(), work)?;
         (result.left, result.top) = (drawn.left, drawn.top);
         (result.width, result.height) = (drawn.width as u32, drawn.height as u32);
         // SAFETY: as the caller guarantees.

@@ -63,23 +63,25 @@ pub struct SeidelLensInfo {
 unsafe impl Versioned for SeidelLensInfo {
     const MIN_SIZE: usize = size_of::<Self>();
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        kind: SEIDEL_LENS_MOMENTS,
-        channels: 0,
-        models: 0,
-        knows_depth: 0,
-        frame_width: 0,
-        frame_height: 0,
-        axis_x: f64::NAN,
-        axis_y: f64::NAN,
-        pixel_pitch_um: f64::NAN,
-        focal_length_mm: f64::NAN,
-        f_number: f64::NAN,
-        focus_distance: f64::NAN,
-        nearest: f64::NAN,
-        farthest: f64::NAN,
-    };
+    fn defaults() -> Self {
+        Self {
+            size: size_of::<Self>() as u64,
+            kind: SEIDEL_LENS_MOMENTS,
+            channels: 0,
+            models: 0,
+            knows_depth: 0,
+            frame_width: 0,
+            frame_height: 0,
+            axis_x: f64::NAN,
+            axis_y: f64::NAN,
+            pixel_pitch_um: f64::NAN,
+            focal_length_mm: f64::NAN,
+            f_number: f64::NAN,
+            focus_distance: f64::NAN,
+            nearest: f64::NAN,
+            farthest: f64::NAN,
+        }
+    }
 }
 
 /// Reads a lens profile from JSON text. `source` names it in errors.
@@ -172,7 +174,7 @@ fn describe(lens: &Lens) -> SeidelLensInfo {
         focus_distance: or_nan(camera.focus_distance.vergence_per_m().map(|v| 1.0 / v)),
         nearest: or_nan(nearest),
         farthest: or_nan(farthest),
-        ..SeidelLensInfo::DEFAULT
+        ..SeidelLensInfo::defaults()
     }
 }
 

@@ -36,7 +36,7 @@ pub unsafe extern "C" fn seidel_match_colours(
         let image = if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
             plate.image(settings)?
         } else {
-            let session = settings.session_of_plate(&lens)?;
+            let session = settings.session_of_plate(&lens, plate.colour_count())?;
             let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             args.run(move |progress| {
                 let planes = prepared.match_colours(progress)?;

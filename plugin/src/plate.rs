@@ -43,16 +43,18 @@ pub struct SeidelPlate {
 unsafe impl Versioned for SeidelPlate {
     const MIN_SIZE: usize = size_of::<Self>();
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        format: SeidelRect::EMPTY,
-        extent: SeidelRect::EMPTY,
-        source: std::ptr::null(),
-        depth: std::ptr::null(),
-        matte: std::ptr::null(),
-        matte_depth: std::ptr::null(),
-        alphas: std::ptr::null(),
-    };
+    fn defaults() -> Self {
+        Self {
+            size: size_of::<Self>() as u64,
+            format: SeidelRect::EMPTY,
+            extent: SeidelRect::EMPTY,
+            source: std::ptr::null(),
+            depth: std::ptr::null(),
+            matte: std::ptr::null(),
+            matte_depth: std::ptr::null(),
+            alphas: std::ptr::null(),
+        }
+    }
 }
 
 /// Names of the colours of a plate, by its number of channels less one.

@@ -13,8 +13,8 @@ pub(crate) unsafe trait Versioned: Copy {
     /// of the first one added.
     const MIN_SIZE: usize;
 
-    /// Values of the members that a caller's smaller struct lacks.
-    const DEFAULT: Self;
+    /// Returns the values of the members that a caller's smaller struct lacks.
+    fn defaults() -> Self;
 }
 
 /// Reads the struct at `from`, of the caller's version.
@@ -44,7 +44,7 @@ pub(crate) unsafe fn read_versioned<T: Versioned>(from: *const T, name: &str) ->
             &format!("set its size to its sizeof, at least {}", T::MIN_SIZE),
         ));
     }
-    let mut value = T::DEFAULT;
+    let mut value = T::defaults();
     // SAFETY: the caller guarantees `size` bytes; they fit in `value`, which is valid for all bytes.
     unsafe { copy_bytes(from.cast(), (&raw mut value).cast(), size) };
     Ok(value)

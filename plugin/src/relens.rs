@@ -37,7 +37,7 @@ pub unsafe extern "C" fn seidel_relens(
         let image = if settings.raw.amount == 0.0 {
             plate.image(settings)?
         } else {
-            let session = settings.session_of_plate(&from)?;
+            let session = settings.session_of_plate(&from, plate.colour_count())?;
             let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             let other = prepared.for_session(&settings.session(&to)?)?;
             args.run(move |progress| Ok(prepared.relens(&other, progress)?))?

@@ -45,16 +45,18 @@ pub struct SeidelFindings {
 unsafe impl Versioned for SeidelFindings {
     const MIN_SIZE: usize = size_of::<Self>();
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        confidence: std::ptr::null(),
-        noise_gain: std::ptr::null(),
-        found: SeidelRect::EMPTY,
-        noise: [0.0; 3],
-        misfit: [0.0; 3],
-        clip_level: [f64::NAN; 3],
-        clipped: [0; 3],
-    };
+    fn defaults() -> Self {
+        Self {
+            size: size_of::<Self>() as u64,
+            confidence: std::ptr::null(),
+            noise_gain: std::ptr::null(),
+            found: SeidelRect::EMPTY,
+            noise: [0.0; 3],
+            misfit: [0.0; 3],
+            clip_level: [f64::NAN; 3],
+            clipped: [0; 3],
+        }
+    }
 }
 
 /// The caller's images for maps of the removal.
@@ -146,7 +148,7 @@ pub unsafe extern "C" fn seidel_remove(
         let args = unsafe { CallArgs::new(settings, plate, output, alphas, callbacks)? };
         // SAFETY: as the caller guarantees.
         let request = unsafe { read_optional(findings.cast_const(), "findings")? };
-        let request = request.unwrap_or(SeidelFindings::DEFAULT);
+        let request = request.unwrap_or_else(SeidelFindings::defaults);
         let (plate, settings) = (&args.plate, &args.settings);
         // SAFETY: as the caller guarantees.
         let maps = unsafe { Maps::new(&request, plate)? };
@@ -155,7 +157,7 @@ pub unsafe extern "C" fn seidel_remove(
             confidence: request.confidence,
             noise_gain: request.noise_gain,
             found: plate.extent(),
-            ..SeidelFindings::DEFAULT
+            ..SeidelFindings::defaults()
         };
         if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
             let image = plate.image(settings)?;
@@ -163,7 +165,7 @@ pub unsafe extern "C" fn seidel_remove(
             args.write(&image, plate.extent())?;
             maps.write(plate.extent(), &ones, &ones);
         } else {
-            let session = settings.session_of_plate(&lens)?;
+            let session = settings.session_of_plate(&lens, plate.colour_count())?;
             let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             let noise_gain = maps.noise_gain_use();
             let sharp = args.run(move |progress| sharpen(&prepared, noise_gain, progress))?;

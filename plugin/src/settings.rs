@@ -1,15 +1,16 @@
 //! Lens and plate settings: the options of the command as one struct that can grow.
 
-mod look;
+mod aperture;
 
 use std::ffi::c_char;
 use std::sync::Arc;
 
 use seidel_core::{
-    AlphaKind, AperturePicture, ChannelScale, Controls, DepthConvention, DepthMeaning,
-    Displacement, Edges, FocusControls, Grain, Lens, LensScale, LensSession, ObjectDistance,
-    OcclusionSettings, Quality, RemovalSettings, Saturation,
+    AlphaKind, Blades, ChannelScale, Choice, DepthConvention, DepthMeaning, Knob, KnobKind, Lens,
+    LensScale, LensSession, ObjectDistance,
 };
+
+use aperture::aperture;
 
 use crate::guard::guard;
 use crate::pointers::{Versioned, read_array, read_optional, read_string, write_versioned};
@@ -27,14 +28,16 @@ pub const SEIDEL_EDGES_MIRROR: u32 = 0;
 /// Black lies beyond the plate: light that leaves it is lost.
 pub const SEIDEL_EDGES_BLACK: u32 = 1;
 /// The nearest pixel of the plate lies beyond it, with its depth and blur.
-pub const SEIDEL_EDGES_NEAREST: u32 = 2;
+pub const SEIDEL_EDGES_EXTEND: u32 = 2;
+/// An earlier name of SEIDEL_EDGES_EXTEND.
+pub const SEIDEL_EDGES_NEAREST: u32 = SEIDEL_EDGES_EXTEND;
 /// The edges are chosen by the alpha along the border: mirrored for full frames, black for elements over nothing,
-/// nearest for elements that the border cuts. The default.
+/// extended for elements that the border cuts. The default.
 pub const SEIDEL_EDGES_AUTO: u32 = 3;
 
 /// For previews: 45 dB peak signal-to-noise ratio against SEIDEL_QUALITY_EXACT.
 pub const SEIDEL_QUALITY_DRAFT: u32 = 0;
-/// For delivery: 60 dB, or 50 dB for a lens drawn ray by ray. The default.
+/// For delivery: 60 dB, 75 dB where no blur is above 6 px, 50 dB for a lens drawn ray by ray. The default.
 pub const SEIDEL_QUALITY_FINAL: u32 = 1;
 /// Exact: every source pixel is scattered with its own kernel. Slow.
 pub const SEIDEL_QUALITY_EXACT: u32 = 2;
@@ -69,20 +72,22 @@ pub const SEIDEL_GRAIN_SOLVED: u32 = 1;
 pub const SEIDEL_BLADES_OF_LENS: u32 = u32::MAX;
 
 /// Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a
-/// meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
+/// meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names. The members from
+/// `blades` to `bloom_radius` are the look of the lens as f-number and focus distance set it, in seidel_apply, seidel_kernel,
+/// seidel_region_of_interest and for the new lens of seidel_relens.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
+// The header documents members without a comment from the table of knobs.
+#[allow(missing_docs)]
 pub struct SeidelSettings {
     /// sizeof(SeidelSettings).
     pub size: u64,
-    /// Strength of blur and displacement, 0 (none) to 16; 1 is as measured, and the default.
     pub amount: f64,
     /// Strength of the blur of each lens channel, in the order of the lens, on top of `amount`: above 0, up to 16.
     /// NULL: 1 for all.
     pub channel_scales: *const f64,
     /// Length of `channel_scales`: the number of lens channels, or 0.
     pub channel_scale_count: u32,
-    /// SEIDEL_GEOMETRY_...
     pub geometry: u32,
     /// Offset of the optical axis to the right, plate pixels.
     pub axis_offset_x: f64,
@@ -90,30 +95,17 @@ pub struct SeidelSettings {
     pub axis_offset_y: f64,
     /// Name of the PSF model, UTF-8. NULL or "": the default of the lens. See seidel_lens_model.
     pub psf_model: *const c_char,
-    /// Focus distance, metres; may be INFINITY. NaN: as measured.
     pub focus_distance: f64,
-    /// F-number. NaN: as measured. Below the measured one the blur is extrapolated.
     pub f_number: f64,
-    /// Shift of the sensor away from the lens, micrometres. NaN: as measured.
     pub sensor_shift_um: f64,
-    /// Range around the focus plane that is as sharp as the plane, half of it on each side, metres. Default 0.
     pub depth_of_field: f64,
-    /// Factor of the vergence difference to the focus plane for objects in front of it, 0 to 16. Default 1.
     pub front_multiplier: f64,
-    /// Factor of the vergence difference to the focus plane for objects behind it, 0 to 16. Default 1.
     pub back_multiplier: f64,
-    /// Largest kernel, as the radius of a uniform disc, plate pixels. NaN: no limit.
     pub maximum_size: f64,
-    /// SEIDEL_QUALITY_... (seidel_apply)
     pub quality: u32,
-    /// SEIDEL_EDGES_... (seidel_apply)
     pub edges: u32,
-    /// Switch: near surfaces occlude far ones where depth varies. Default 1. (seidel_apply)
     pub occlusion: u32,
-    /// Switch: background that a blurred foreground uncovers is filled from the background beside it. Default 1.
-    /// (seidel_apply)
     pub fill_foreground: u32,
-    /// Switch: a blurred foreground becomes transparent inside its own outline. Default 1. (seidel_apply)
     pub blur_inside: u32,
     /// SEIDEL_ALPHA_...
     pub alpha: u32,
@@ -121,7 +113,6 @@ pub struct SeidelSettings {
     pub alpha_per_channel: u32,
     /// Switch: samples that are not finite count as zero; otherwise the call fails. Default 0.
     pub scrub: u32,
-    /// Plate pixels per pixel of the lens's frame, counted along y. NaN: the format is as wide as the frame.
     pub lens_scale: f64,
     /// Width of a plate pixel over its height in the scene, 1/16 to 16: 2 for a plate of a 2x anamorphic lens before it is
     /// desqueezed. Default 1.
@@ -139,25 +130,19 @@ pub struct SeidelSettings {
     pub along_ray: f64,
     /// SEIDEL_DEPTH_...
     pub depth_kind: u32,
-    /// SEIDEL_CLIP_... (blur removal)
     pub clip: u32,
-    /// Level at which samples are clipped, for SEIDEL_CLIP_LEVEL. Default 1. (blur removal)
     pub clip_level: f64,
     /// Standard deviation of the noise of each colour, scene-linear. NaN in the first entry: estimated from the
     /// plate; in another entry: that of the first. The fourth entry is not used. (blur removal)
     pub noise: [f64; 4],
-    /// Weight of the sharp image against the plate, 0 to 1. Default 1. (seidel_remove)
     pub strength: f64,
-    /// SEIDEL_GRAIN_... (seidel_remove)
     pub grain: u32,
     /// Most threads of a call, up to 1024; 0: one for each core. Results do not depend on it.
     pub threads: u32,
     /// Most memory that a call may need by seidel_memory_needed, bytes; 0: no limit.
     pub memory: u64,
-    /// Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. This and the
-    /// following members are the look of the lens as f-number and focus distance set it, in seidel_apply, seidel_kernel,
-    /// seidel_region_of_interest and for the new lens of seidel_relens. All but bloom need a lens of the kind
-    /// SEIDEL_LENS_RAYS.
+    /// Iris blades: 3 to 13, 0 for a round iris, SEIDEL_BLADES_OF_LENS. The default is that of the lens. All looks but bloom
+    /// need a lens of the kind SEIDEL_LENS_RAYS.
     pub blades: u32,
     /// Width of the picture of the aperture, pixels.
     pub aperture_width: u32,
@@ -166,33 +151,18 @@ pub struct SeidelSettings {
     pub aperture: *const f32,
     /// Length of `aperture`: whole rows, at most 8192 of at most 8192 values.
     pub aperture_count: u64,
-    /// Curvature of the blades, 0 (straight, the default) to 1 (one circle).
     pub roundness: f64,
-    /// Direction of one corner of discs before the focus, -180 to 180 degrees from right towards down. Discs behind the
-    /// focus are turned by 180 degrees.
     pub rotation: f64,
-    /// Height of discs over their width, 0.4 to 2.5, times that of the lens. Default 1.
     pub squeeze: f64,
-    /// Radius of the dark middle of discs, 0 (the default) to 0.9 of theirs.
     pub obstruction: f64,
-    /// Cat's eyes towards the corners: -1 round discs, 0 (the default) as the lens, 1 strong ones.
     pub cats_eye: f64,
-    /// Spherical aberration added: -1 soft discs behind the focus, 1 bubbles with bright rims. Default 0.
     pub spherical: f64,
-    /// Factor on the difference of focus between channels, -4 to 4. Default 1.
     pub axial_colour: f64,
-    /// Factor on the difference of magnification between channels, -4 to 4. Default 1.
     pub lateral_colour: f64,
-    /// Share of the light above `bloom_level` that spreads around highlights, 0 (the default) to 1; any lens.
     pub bloom: f64,
-    /// Scene-linear value above which light spreads, at least 0. Default 1.
     pub bloom_level: f64,
-    /// Radius that holds half of the spread light, 0.05 to 20 per cent of the width of the lens's frame. Default 1.
     pub bloom_radius: f64,
-    /// Focal length to scale the lens and its frame to, millimetres; f-number and focus distance stay. NaN: as measured.
     pub focal_length_mm: f64,
-    /// Width of the sensor that the format shows (film back), millimetres, for lenses of known pixel pitch; `lens_scale`
-    /// must be NaN. NaN: as `lens_scale` says.
     pub film_back_mm: f64,
 }
 
@@ -200,63 +170,128 @@ pub struct SeidelSettings {
 unsafe impl Versioned for SeidelSettings {
     const MIN_SIZE: usize = std::mem::offset_of!(Self, blades);
 
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u64,
-        amount: 1.0,
-        channel_scales: std::ptr::null(),
-        channel_scale_count: 0,
-        geometry: SEIDEL_GEOMETRY_LATERAL,
-        axis_offset_x: 0.0,
-        axis_offset_y: 0.0,
-        psf_model: std::ptr::null(),
-        focus_distance: f64::NAN,
-        f_number: f64::NAN,
-        sensor_shift_um: f64::NAN,
-        depth_of_field: 0.0,
-        front_multiplier: 1.0,
-        back_multiplier: 1.0,
-        maximum_size: f64::NAN,
-        quality: SEIDEL_QUALITY_FINAL,
-        edges: SEIDEL_EDGES_AUTO,
-        occlusion: 1,
-        fill_foreground: 1,
-        blur_inside: 1,
-        alpha: SEIDEL_ALPHA_PREMULTIPLIED,
-        alpha_per_channel: 0,
-        scrub: 0,
-        lens_scale: f64::NAN,
-        pixel_aspect: 1.0,
-        distance: f64::NAN,
-        depth_unit: 1.0,
-        depth_near: f64::NAN,
-        depth_far: f64::NAN,
-        along_ray: f64::NAN,
-        depth_kind: SEIDEL_DEPTH_DISTANCE,
-        clip: SEIDEL_CLIP_AUTO,
-        clip_level: 1.0,
-        noise: [f64::NAN; 4],
-        strength: 1.0,
-        grain: SEIDEL_GRAIN_KEEP,
-        threads: 0,
-        memory: 0,
-        blades: SEIDEL_BLADES_OF_LENS,
-        aperture_width: 0,
-        aperture: std::ptr::null(),
-        aperture_count: 0,
-        roundness: 0.0,
-        rotation: 0.0,
-        squeeze: 1.0,
-        obstruction: 0.0,
-        cats_eye: 0.0,
-        spherical: 0.0,
-        axial_colour: 1.0,
-        lateral_colour: 1.0,
-        bloom: 0.0,
-        bloom_level: 1.0,
-        bloom_radius: 1.0,
-        focal_length_mm: f64::NAN,
-        film_back_mm: f64::NAN,
+    fn defaults() -> Self {
+        // SAFETY: zero is valid for numbers and pointers.
+        let mut settings: Self = unsafe { std::mem::zeroed() };
+        settings.size = size_of::<Self>() as u64;
+        for knob in Knob::all() {
+            match &knob.kind {
+                KnobKind::Number(number) => {
+                    if let Some(member) = knob_member(NUMBERS, knob) {
+                        *member(&mut settings) = number.default.unwrap_or(f64::NAN);
+                    }
+                }
+                KnobKind::Choice(Choice { default, .. }) => settings.put_index(knob, *default),
+                KnobKind::Switch(switch) => settings.put_index(knob, usize::from(switch.default)),
+            }
+        }
+        settings.pixel_aspect = 1.0;
+        settings.depth_unit = 1.0;
+        settings.noise = [f64::NAN; 4];
+        settings.blades = SEIDEL_BLADES_OF_LENS;
+        for unknown in [
+            &mut settings.distance,
+            &mut settings.depth_near,
+            &mut settings.depth_far,
+            &mut settings.along_ray,
+        ] {
+            *unknown = f64::NAN;
+        }
+        settings
+    }
+}
+
+/// A member of the settings, by the identifier of its knob.
+pub type Member<T> = (&'static str, fn(&mut SeidelSettings) -> &mut T);
+
+macro_rules! members {
+    ($($name:ident),* $(,)?) => {
+        &[$((stringify!($name), |settings| &mut settings.$name)),*]
     };
+}
+
+/// The members that are numbers of knobs.
+pub const NUMBERS: &[Member<f64>] = members![
+    amount,
+    focus_distance,
+    f_number,
+    sensor_shift_um,
+    depth_of_field,
+    front_multiplier,
+    back_multiplier,
+    maximum_size,
+    lens_scale,
+    clip_level,
+    strength,
+    roundness,
+    rotation,
+    squeeze,
+    obstruction,
+    cats_eye,
+    spherical,
+    axial_colour,
+    lateral_colour,
+    bloom,
+    bloom_level,
+    bloom_radius,
+    focal_length_mm,
+    film_back_mm,
+];
+
+/// The members that are choices and switches of knobs.
+pub const INDICES: &[Member<u32>] = members![
+    geometry,
+    quality,
+    edges,
+    occlusion,
+    fill_foreground,
+    blur_inside,
+    clip,
+    grain,
+];
+
+/// Returns the member of `knob`; `None` where the settings have it in another form, or not at all.
+fn knob_member<T>(members: &[Member<T>], knob: &Knob) -> Option<fn(&mut SeidelSettings) -> &mut T> {
+    let identifier = knob.identifier();
+    let found = members.iter().find(|(name, _)| *name == identifier);
+    found.map(|(_, member)| *member)
+}
+
+impl SeidelSettings {
+    fn put_index(&mut self, knob: &Knob, index: usize) {
+        if let Some(member) = knob_member(INDICES, knob) {
+            *member(self) = index as u32;
+        }
+    }
+
+    /// Returns the number of `knob`; `None` for NaN where that leaves the setting out.
+    fn number(mut self, knob: &Knob) -> Option<f64> {
+        let value = *knob_member(NUMBERS, knob)?(&mut self);
+        let may_be_absent = knob.number().is_some_and(|number| number.default.is_none());
+        if may_be_absent {
+            unless_nan(value)
+        } else {
+            Some(value)
+        }
+    }
+
+    /// Writes the knobs to `settings`.
+    ///
+    /// # Errors
+    /// Values out of range, and two of which only one may be given, by the name of the member.
+    fn put_knobs(mut self, settings: &mut seidel_core::Settings) -> Result<()> {
+        for knob in Knob::all() {
+            if let Some(value) = self.number(knob) {
+                let is_given = |other: &Knob| self.number(other).is_some();
+                knob.check_alone(is_given)?;
+                knob.put_number(value, settings)?;
+            } else if let Some(member) = knob_member(INDICES, knob) {
+                let index = *member(&mut self) as usize;
+                knob.put_index(index, settings)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Fills `*settings` with the defaults. The caller has set its `size` to sizeof(SeidelSettings).
@@ -266,7 +301,7 @@ unsafe impl Versioned for SeidelSettings {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_settings_init(settings: *mut SeidelSettings) -> SeidelStatus {
     // SAFETY: as the caller guarantees.
-    guard(|| unsafe { write_versioned(settings, &SeidelSettings::DEFAULT, "settings") })
+    guard(|| unsafe { write_versioned(settings, &SeidelSettings::defaults(), "settings") })
 }
 
 /// Most values of `channel_scales`: more than any lens has channels, so that a wild count is refused before it is
@@ -278,8 +313,8 @@ pub(crate) struct Settings {
     /// The caller's settings, all pointers set to NULL.
     pub(crate) raw: SeidelSettings,
     channel_scales: Vec<f64>,
-    aperture: Option<AperturePicture>,
-    psf_model: String,
+    /// Settings of the core, without `channel_scales`.
+    core: seidel_core::Settings,
 }
 
 /// Returns `None` for NaN.
@@ -292,6 +327,17 @@ fn object_distance(value: f64) -> Result<Option<ObjectDistance>> {
     Ok(unless_nan(value).map(ObjectDistance::metres).transpose()?)
 }
 
+/// Returns the noise of each colour; none if it is to be estimated.
+fn noise(given: [f64; 4]) -> Vec<f64> {
+    let first = unless_nan(given[0]);
+    let of_all = |first| {
+        given
+            .map(|noise| unless_nan(noise).unwrap_or(first))
+            .to_vec()
+    };
+    first.map(of_all).unwrap_or_default()
+}
+
 impl Settings {
     /// Copies and checks the settings at `settings`; the defaults if it is NULL.
     ///
@@ -300,7 +346,7 @@ impl Settings {
     pub(crate) unsafe fn new(settings: *const SeidelSettings) -> Result<Self> {
         // SAFETY: as the caller guarantees.
         let raw = unsafe { read_optional(settings, "settings")? };
-        let raw = raw.unwrap_or(SeidelSettings::DEFAULT);
+        let raw = raw.unwrap_or_else(SeidelSettings::defaults);
         let count = raw.channel_scale_count as usize;
         if count > MAX_CHANNEL_SCALES {
             return Err(Failure::argument(
@@ -318,8 +364,15 @@ impl Settings {
             // SAFETY: the caller guarantees a string.
             unsafe { read_string(raw.psf_model, "settings.psf_model")? }.to_owned()
         };
+        let mut core = seidel_core::Settings::default();
+        core.psf_model = (!psf_model.is_empty()).then_some(psf_model);
+        core.axis_offset_px = (raw.axis_offset_x, raw.axis_offset_y);
         // SAFETY: as the caller guarantees.
-        let aperture = unsafe { look::aperture(&raw)? };
+        core.look.picture = unsafe { aperture(&raw)? };
+        core.look.blades =
+            (raw.blades != SEIDEL_BLADES_OF_LENS).then(|| Blades::straight(raw.blades));
+        raw.put_knobs(&mut core)?;
+        core.removal.noise = noise(raw.noise);
         let settings = Self {
             raw: SeidelSettings {
                 channel_scales: std::ptr::null(),
@@ -328,29 +381,20 @@ impl Settings {
                 ..raw
             },
             channel_scales,
-            aperture,
-            psf_model,
+            core,
         };
         settings.check_choices()?;
-        settings.check_numbers()?;
         Ok(settings)
     }
 
+    /// Checks the choices and switches that are no knobs.
     fn check_choices(&self) -> Result<()> {
         let raw = &self.raw;
         for (name, value, last) in [
-            ("geometry", raw.geometry, SEIDEL_GEOMETRY_FULL),
-            ("quality", raw.quality, SEIDEL_QUALITY_EXACT),
-            ("edges", raw.edges, SEIDEL_EDGES_AUTO),
-            ("occlusion", raw.occlusion, 1),
-            ("fill_foreground", raw.fill_foreground, 1),
-            ("blur_inside", raw.blur_inside, 1),
             ("alpha", raw.alpha, SEIDEL_ALPHA_UNPREMULTIPLIED),
             ("alpha_per_channel", raw.alpha_per_channel, 1),
             ("scrub", raw.scrub, 1),
             ("depth_kind", raw.depth_kind, SEIDEL_DEPTH_FAR_ZERO),
-            ("clip", raw.clip, SEIDEL_CLIP_LEVEL),
-            ("grain", raw.grain, SEIDEL_GRAIN_SOLVED),
         ] {
             if value > last {
                 return Err(Failure::argument(
@@ -363,94 +407,28 @@ impl Settings {
         Ok(())
     }
 
-    fn check_numbers(&self) -> Result<()> {
-        let raw = &self.raw;
-        if !(0.0..=1.0).contains(&raw.strength) {
-            return Err(Failure::argument(
-                "settings.strength",
-                format!("is {}", raw.strength),
-                "give a number from 0 to 1",
-            ));
-        }
-        if !raw.lens_scale.is_nan() && !raw.film_back_mm.is_nan() {
-            return Err(Failure::argument(
-                "settings.film_back_mm",
-                "is given beside lens_scale",
-                "set one of them to NaN",
-            ));
-        }
-        for (name, value) in [
-            ("settings.lens_scale", raw.lens_scale),
-            ("settings.film_back_mm", raw.film_back_mm),
-        ] {
-            let is_valid = value.is_nan() || (value.is_finite() && value > 0.0);
-            if !is_valid {
-                return Err(Failure::argument(
-                    name,
-                    format!("is {value}"),
-                    "give a number greater than zero, or NaN",
-                ));
-            }
-        }
-        object_distance(raw.focus_distance)?;
-        Ok(self.focus().check()?)
-    }
-
     /// Sets `lens` to these settings, with their look.
     ///
     /// # Errors
     /// Values out of range, and settings that the lens does not support.
     pub(crate) fn session(&self, lens: &Lens) -> Result<Arc<LensSession>> {
-        let mut settings = self.to_core(lens)?;
-        self.put_look(&mut settings);
-        Ok(Arc::new(LensSession::new(lens, &settings)?))
+        Ok(Arc::new(LensSession::new(lens, &self.to_core(lens)?)?))
     }
 
-    /// Sets `lens`, which a plate was taken with, to these settings without their look.
+    /// Sets `lens`, which a plate of so many `colours` was taken with, to these settings without their look.
     ///
     /// # Errors
     /// Those of [`Self::session`].
-    pub(crate) fn session_of_plate(&self, lens: &Lens) -> Result<Arc<LensSession>> {
-        let settings = self.to_core(lens)?;
+    pub(crate) fn session_of_plate(&self, lens: &Lens, colours: usize) -> Result<Arc<LensSession>> {
+        let mut settings = self.to_core(lens)?.of_measured_lens();
+        settings.removal.noise.truncate(colours);
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }
 
     /// Returns the settings of the core, for `lens`.
     fn to_core(&self, lens: &Lens) -> Result<seidel_core::Settings> {
-        let raw = &self.raw;
-        let mut settings = seidel_core::Settings::default();
-        settings.controls = Controls {
-            focal_length_mm: unless_nan(raw.focal_length_mm),
-            focus_distance: object_distance(raw.focus_distance)?,
-            f_number: unless_nan(raw.f_number),
-            sensor_shift_um: unless_nan(raw.sensor_shift_um),
-        };
-        settings.psf_model = (!self.psf_model.is_empty()).then(|| self.psf_model.clone());
-        settings.amount = raw.amount;
+        let mut settings = self.core.clone();
         settings.channel_scales = self.channel_scales(lens)?;
-        settings.axis_offset_px = (raw.axis_offset_x, raw.axis_offset_y);
-        settings.displacement = match raw.geometry {
-            SEIDEL_GEOMETRY_NONE => Displacement::None,
-            SEIDEL_GEOMETRY_FULL => Displacement::Full,
-            _ => Displacement::Lateral,
-        };
-        settings.focus = self.focus();
-        settings.quality = match raw.quality {
-            SEIDEL_QUALITY_DRAFT => Quality::Draft,
-            SEIDEL_QUALITY_EXACT => Quality::Exact,
-            _ => Quality::Final,
-        };
-        settings.edges = match raw.edges {
-            SEIDEL_EDGES_MIRROR => Some(Edges::Mirror),
-            SEIDEL_EDGES_BLACK => Some(Edges::Black),
-            SEIDEL_EDGES_NEAREST => Some(Edges::Extend),
-            _ => None,
-        };
-        settings.occlusion = (raw.occlusion == 1).then_some(OcclusionSettings {
-            fill_foreground: raw.fill_foreground == 1,
-            blur_inside: raw.blur_inside == 1,
-        });
-        settings.removal = self.removal();
         Ok(settings)
     }
 
@@ -471,41 +449,6 @@ impl Settings {
             scale: *scale,
         });
         Ok(scales.collect())
-    }
-
-    /// Returns the focus range; its focus plane is that of the controls.
-    fn focus(&self) -> FocusControls {
-        FocusControls {
-            focus_per_m: None,
-            depth_of_field_m: self.raw.depth_of_field,
-            front: self.raw.front_multiplier,
-            back: self.raw.back_multiplier,
-            maximum_px: unless_nan(self.raw.maximum_size),
-        }
-    }
-
-    fn removal(&self) -> RemovalSettings {
-        let raw = &self.raw;
-        let noise = match unless_nan(raw.noise[0]) {
-            None => Vec::new(),
-            Some(first) => (raw.noise.iter())
-                .map(|noise| unless_nan(*noise).unwrap_or(first))
-                .collect(),
-        };
-        RemovalSettings {
-            noise,
-            saturation: match raw.clip {
-                SEIDEL_CLIP_NONE => Saturation::Never,
-                SEIDEL_CLIP_LEVEL => Saturation::Level(raw.clip_level),
-                _ => Saturation::Auto,
-            },
-            strength: raw.strength,
-            grain: if raw.grain == SEIDEL_GRAIN_KEEP {
-                Grain::Keep
-            } else {
-                Grain::Solved
-            },
-        }
     }
 
     /// Returns whether every source pixel is scattered with its own kernel.
@@ -529,9 +472,7 @@ impl Settings {
 
     /// Scale of the lens's frame on the plate.
     pub(crate) fn lens_scale(&self) -> LensScale {
-        let film_back = unless_nan(self.raw.film_back_mm).map(LensScale::FilmBack);
-        let ratio = unless_nan(self.raw.lens_scale).map(LensScale::PixelRatio);
-        film_back.or(ratio).unwrap_or_default()
+        self.core.lens_scale
     }
 
     /// Object distance of a plate without a depth image.

@@ -1,6 +1,6 @@
 //! Status codes of the C ABI, and the failures behind them.
 
-use seidel_core::ErrorKind;
+use seidel_core::{ErrorKind, Knob};
 
 /// The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images
 /// are as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does
@@ -73,7 +73,10 @@ impl Failure {
 }
 
 impl From<seidel_core::Error> for Failure {
-    fn from(error: seidel_core::Error) -> Self {
+    fn from(mut error: seidel_core::Error) -> Self {
+        if let Some(knob) = Knob::named(&error.place) {
+            error.place = format!("settings.{}", knob.identifier());
+        }
         match error.kind() {
             ErrorKind::Cancelled => Self::aborted(),
             ErrorKind::Unsupported => Self::new(SeidelStatus::Unsupported, error.to_string()),

@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn panics_of_work_reach_the_guard_and_the_pool_goes_on() {
-        let none = SeidelCallbacks::DEFAULT;
+        let none = SeidelCallbacks::defaults();
         let status = guard(|| run(2, &none, |_| -> Result<()> { panic!("planted") }));
         assert_eq!(status, SeidelStatus::Panicked);
         let sum = run(2, &none, |_| Ok((1..=10).sum::<u32>()));

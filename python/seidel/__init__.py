@@ -19,6 +19,7 @@ from ._errors import (
     InvalidInput,
     Unsupported,
 )
+from ._inputs import Background, DepthPass, Holdout, Observation
 from ._seidel import (
     Diagnosis,
     LeftOut,
@@ -37,7 +38,7 @@ from ._seidel import (
     remove,
     remove_with_maps,
 )
-from ._settings import Background, DepthPass, Holdout, Look, Observation, Settings
+from ._settings import Look, Settings
 
 __all__ = [
     "Background",

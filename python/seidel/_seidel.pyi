@@ -7,7 +7,8 @@ from typing import Any, Literal, TypeAlias, TypeVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._settings import Background, DepthPass, Holdout, Look, Observation, Settings
+from ._inputs import Background, DepthPass, Holdout, Observation
+from ._settings import Look, Settings
 
 __all__ = [
     "Diagnosis",

@@ -1,4 +1,4 @@
-"""Settings, depth passes, mattes and observations: values that the compiled part of the package reads."""
+"""Settings of calls. Written by ``cargo xtask knobs`` from the table of knobs; do not edit."""
 
 from __future__ import annotations
 
@@ -15,30 +15,37 @@ class Look:
     """Artistic changes of a lens traced ray by ray. The defaults leave it as measured, to the bit.
 
     They act on the lens as f-number and focus distance set it. docs/guide/looks.md shows them.
+
+    Attributes:
+        blades: Iris blades: 3 to 13, or 0 for a round iris; those of the lens if ``None``.
+        aperture_picture: Picture of the aperture, white (1) where light passes: array of rows x columns, with
+            or without 1 to 4 channels, ``float32`` or ``float16``. Background discs show it. Its shorter side is
+            the width of the pupil.
+        roundness: Curvature of the iris blades: 0 straight, 1 one circle (0 to 1).
+        rotation: Direction of one corner of discs before the focus, from right towards down (-180 to 180
+            degrees). Discs behind the focus are turned by 180 degrees.
+        squeeze: Height of discs over their width, times that of the lens: 2 for the ovals of a 2x anamorphic
+            lens (0.4 to 2.5).
+        obstruction: Radius of the dark middle of discs over theirs, as of a mirror lens; 0 as the lens (0 to
+            0.9).
+        cats_eye: Cat's eyes towards the corners: -1 round discs, 0 as the lens, 1 strong ones (-1 to 1).
+        spherical: Spherical aberration added: -1 soft discs behind the focus, 1 bubbles with bright rims (-1 to
+            1). Before the focus it is the other way round.
+        axial_colour: Factor on the difference of focus between channels: 0 none, 1 as the lens (-4 to 4).
+        lateral_colour: Factor on the difference of magnification between channels: 0 none, 1 as the lens (-4 to
+            4). Without lateral colour in the geometry it has no effect.
     """
 
     blades: int | None = None
-    """Iris blades: 3 to 13, or 0 for a round iris; those of the lens if ``None``."""
-    roundness: float = 0.0
-    """Curvature of the blades, 0 (straight) to 1 (one circle)."""
-    rotation: float = 0.0
-    """Direction of one corner of discs before the focus, -180 to 180 degrees from right towards down. Discs behind the focus are
-    turned by 180 degrees."""
     aperture_picture: NDArray[Any] | None = None
-    """Picture of the aperture, white (1) where light passes: array of rows x columns, with or without 1 to 4 channels, ``float32``
-    or ``float16``. Background discs show it. Its shorter side is the width of the pupil."""
+    roundness: float = 0.0
+    rotation: float = 0.0
     squeeze: float = 1.0
-    """Height of discs over their width, 0.4 to 2.5, times that of the lens."""
     obstruction: float = 0.0
-    """Radius of the dark middle of discs, 0 to 0.9 of theirs."""
     cats_eye: float = 0.0
-    """Cat's eyes towards the corners: -1 for round discs, 0 as the lens, 1 for strong ones."""
     spherical: float = 0.0
-    """Spherical aberration added: -1 for soft discs behind the focus, 1 for bubbles with bright rims."""
     axial_colour: float = 1.0
-    """Factor on the difference of focus between channels, -4 to 4."""
     lateral_colour: float = 1.0
-    """Factor on the difference of magnification between channels, -4 to 4."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,130 +53,98 @@ class Settings:
     """Settings of ``apply``, ``remove`` and ``relens``. The defaults use the lens as measured.
 
     The options of the command ``seidel`` have the same names. ``dataclasses.replace`` returns settings with changes.
+
+    Attributes:
+        amount: Strength of the lens's blur and displacement: 0 leaves the plate unchanged, 1 is as measured (0
+            to 16).
+        focal_length_mm: Focal length to scale the lens and its frame to; f-number and focus distance stay
+            (millimetres; as measured if ``None``). Blur is that of a lens of this focal length with the measured
+            one's aberrations. For lenses of rays: those of the library, and those fitted by the model reduced or
+            extended.
+        f_number: F-number to stop the lens down to (as measured if ``None``). Below the measured one the blur
+            is extrapolated. For lenses of rays.
+        sensor_shift_um: Shift of the sensor away from the lens; negative towards it (micrometres; as measured
+            if ``None``). For lenses of rays.
+        geometry: Displacement of light by the lens.
+        lens_scale: Scale of the lens's frame on the plate, along y (plate pixels per pixel of the lens's frame;
+            from the display window if ``None``).
+        film_back_mm: Width of the sensor that the display window shows (film back), instead of the lens scale:
+            a smaller sensor crops the lens's frame (millimetres; by the lens scale if ``None``). Common widths: 36
+            for full frame, 24.9 for Super 35, 12.5 for Super 16. The lens profile must have a pixel pitch. Beyond
+            the frame of the lens its blur is extrapolated.
+        focus_distance: Distance to focus the lens on (metres or inf; as measured if ``None``). For lenses of
+            rays: those of the library, and those fitted by the model reduced or extended.
+        depth_of_field: Depth of the range that is as sharp as the focus plane, half of it on each side
+            (metres). Beyond the range, depth is measured from its nearer end.
+        front_multiplier: Factor on the distance from focus, in vergence, in front of the focus plane: blur
+            grows as many times as fast (0 to 16).
+        back_multiplier: Factor on the distance from focus, in vergence, behind the focus plane (0 to 16).
+        maximum_size: Radius of the largest kernel in the frame: that of a uniform disc (plate pixels; none if
+            ``None``). For other kernels it is two standard deviations. A larger kernel is replaced by that of the
+            distance at which it has this radius.
+        bloom: Share of the light above the bloom level that spreads around highlights; any lens (0 to 1).
+        bloom_level: Value above which light spreads (scene-linear).
+        bloom_radius: Radius that holds half of the spread light (0.05 to 20 per cent of the width of the lens's
+            frame).
+        quality: Accuracy of the render, as PSNR against the exact renderer; in ``apply``.
+        edges: Light beyond the edges of the plate; in ``apply``.
+        occlusion: Near surfaces occlude far ones where depth varies; otherwise the light of all depths is
+            added; in ``apply``.
+        fill_foreground: Background that a blurred foreground uncovers is filled from the background beside it,
+            rather than with the foreground's own light; in ``apply``.
+        blur_inside: A blurred foreground becomes transparent inside its own outline too, as in a camera;
+            otherwise it only blurs outwards; in ``apply``.
+        strength: Weight of the sharp image against the plate: 0 leaves the plate unchanged (0 to 1); in
+            ``remove``.
+        grain: Grain of the sharp image; in ``remove``.
+        psf_model: Identifier of the PSF model, such as ``pupil``; the best for the lens if ``None``.
+        channel_scales: Strength of the blur of lens channels by name, on top of ``amount``: above 0, up to 16.
+        axis_offset_px: Offset of the optical axis, image pixels right and down.
+        noise: Standard deviation of the plate's noise: one for all colours, or one for each (scene-linear;
+            estimated from the plate if ``None``).
+        clip: Level from which samples are clipped: they and the pixels that their light reaches keep their
+            blur.
+        alpha: Relation of colour and alpha.
+        scrub: Samples that are not finite count as zero; otherwise they are an error.
+        pixel_aspect: Width of a pixel over its height in the scene, 1/16 to 16: 2 for an image of a 2x
+            anamorphic lens before it is desqueezed.
+        display_window: Display window (x, y, width, height) in image pixels from the top-left corner of the
+            array, which is the data window: of an image with overscan, or of a part of a picture. It lies centre on
+            centre with the lens's frame. The array if ``None``.
+        threads: Most threads; 0 for one each core. Results do not depend on it.
+        look: Artistic changes of the lens of ``apply``, and of the new lens of ``relens``.
     """
 
     amount: float = 1.0
-    """Strength of blur and displacement, 0 (none) to 16; 1 is as measured."""
-    psf_model: str | None = None
-    """Identifier of the PSF model, such as ``pupil``; the best for the lens if ``None``."""
-    channel_scales: Mapping[str, float] = field(default_factory=dict)
-    """Strength of the blur of lens channels by name, on top of ``amount``: above 0, up to 16."""
-    axis_offset_px: tuple[float, float] = (0.0, 0.0)
-    """Offset of the optical axis, image pixels right and down."""
-    geometry: Literal["none", "lateral", "full"] = "lateral"
-    """Displacement: none, lateral colour, or lateral colour and distortion."""
-    focus_distance: float | None = None
-    """Focus distance, metres, may be ``math.inf``; as measured if ``None``."""
-    f_number: float | None = None
-    """F-number; as measured if ``None``."""
-    sensor_shift_um: float | None = None
-    """Shift of the sensor away from the lens, micrometres; as measured if ``None``."""
     focal_length_mm: float | None = None
-    """Focal length to scale the lens and its frame to, millimetres; f-number and focus distance stay. As measured if ``None``."""
-    depth_of_field: float = 0.0
-    """Range around the focus plane that is as sharp as the plane, metres, half of it on each side."""
-    front_multiplier: float = 1.0
-    """Factor of the vergence difference to the focus plane for objects in front of it, 0 to 16."""
-    back_multiplier: float = 1.0
-    """Factor of the vergence difference to the focus plane for objects behind it, 0 to 16."""
-    maximum_size: float | None = None
-    """Largest kernel, as the radius of a uniform disc, image pixels; no limit if ``None``."""
-    quality: Literal["draft", "final", "exact"] = "final"
-    """Accuracy of ``apply`` against the exact renderer: 45 dB, 60 dB (50 dB ray by ray), or exact, which is slow."""
-    edges: Literal["auto", "mirror", "black", "extend"] = "auto"
-    """Light beyond the edges of the image in ``apply``: chosen by the alpha of the border, the mirrored image, black, or the
-    nearest pixel."""
-    occlusion: bool = True
-    """Near surfaces occlude far ones in ``apply``; otherwise the light of all depths is added."""
-    fill_foreground: bool = True
-    """Background that a blurred foreground uncovers is filled from the background beside it."""
-    blur_inside: bool = True
-    """A blurred foreground becomes transparent inside its own outline."""
-    noise: float | Sequence[float] | None = None
-    """Standard deviation of the noise for a removal, scene-linear: one for all colours or one for each; estimated if
-    ``None``."""
-    clip: float | Literal["auto", "none"] = "auto"
-    """Level from which samples count as clipped in a removal."""
-    strength: float = 1.0
-    """Weight of the sharp image against the given one in ``remove``, 0 to 1."""
-    grain: Literal["keep", "solved"] = "keep"
-    """Grain of the sharp image of ``remove``: that of the given one, or that of the solution, which has hardly any."""
-    alpha: Literal["premultiplied", "unpremultiplied"] = "premultiplied"
-    """Relation of colour and alpha."""
-    scrub: bool = False
-    """Samples that are not finite count as zero; otherwise they are an error."""
+    f_number: float | None = None
+    sensor_shift_um: float | None = None
+    geometry: Literal["none", "lateral", "full"] = "lateral"
     lens_scale: float | None = None
-    """Image pixels per pixel of the lens's frame, along y; if ``None`` the image is as wide as the frame."""
     film_back_mm: float | None = None
-    """Width of the sensor that the display window shows, millimetres, instead of ``lens_scale``: a smaller sensor crops the lens's
-    frame. The lens must have a pixel pitch."""
-    pixel_aspect: float = 1.0
-    """Width of a pixel over its height in the scene, 1/16 to 16: 2 for an image of a 2x anamorphic lens before it is
-    desqueezed."""
-    display_window: tuple[int, int, int, int] | None = None
-    """Display window (x, y, width, height) in image pixels from the top-left corner of the array, which is the data window: of an
-    image with overscan, or of a part of a picture. It lies centre on centre with the lens's frame. The array if ``None``."""
-    threads: int = 0
-    """Most threads; 0 for one each core. Results do not depend on it."""
-    look: Look = Look()
-    """Artistic changes of the lens of ``apply``, and of the new lens of ``relens``."""
+    focus_distance: float | None = None
+    depth_of_field: float = 0.0
+    front_multiplier: float = 1.0
+    back_multiplier: float = 1.0
+    maximum_size: float | None = None
     bloom: float = 0.0
-    """Share of the light above ``bloom_level`` that spreads around highlights, 0 to 1, in ``apply`` and ``relens``; any lens."""
     bloom_level: float = 1.0
-    """Scene-linear value above which light spreads."""
     bloom_radius: float = 1.0
-    """Radius that holds half of the spread light, 0.05 to 20 % of the width of the lens's frame."""
-
-
-@dataclass(frozen=True, eq=False)
-class DepthPass:
-    """A depth pass whose samples are not metres along the optical axis."""
-
-    samples: NDArray[Any]
-    """Array of rows x columns, ``float32`` or ``float16``."""
-    kind: Literal["distance", "inverse", "far-one", "far-zero"] = "distance"
-    """Meaning: distance, 1 / distance, or a distance scaled to 0 at ``near`` and 1 at ``far`` (``far-one``) or the
-    reverse (``far-zero``)."""
-    unit: float = 1.0
-    """Metres per unit of distance; negative if depth is negative."""
-    near: float | None = None
-    """Nearest distance of a scaled depth, metres."""
-    far: float | None = None
-    """Farthest distance of a scaled depth, metres."""
-    along_ray: float | None = None
-    """Focal length in pixel widths, if distances are measured along the ray from the camera."""
-
-
-@dataclass(frozen=True, eq=False)
-class Holdout:
-    """A matte of an object that will be merged in front later, with its depth."""
-
-    matte: NDArray[Any]
-    """Array of rows x columns, ``float32`` or ``float16``, 0 to 1."""
-    depth: NDArray[Any] | DepthPass | None = None
-    """Depth of the object: only light from behind it is held out. All is if ``None``."""
-
-
-@dataclass(frozen=True, eq=False)
-class Background:
-    """The image without its foreground, such as a clean plate."""
-
-    image: NDArray[Any]
-    """Array of the size and channels of the image."""
-    depth: NDArray[Any] | DepthPass | float
-    """Its depth, as that of the image."""
-
-
-@dataclass(frozen=True, eq=False)
-class Observation:
-    """An observed point of light."""
-
-    x: float
-    """Frame pixels from the left edge to the centre of the tile."""
-    y: float
-    """Frame pixels from the top edge to the centre of the tile."""
-    distance: float | None
-    """Object distance, metres; ``math.inf`` for infinity, ``None`` if unknown."""
-    tile: NDArray[Any]
-    """PSF of each channel: array of rows x columns, or rows x columns x channels, ``float32`` or ``float16``,
-    scene-linear, without background."""
+    quality: Literal["draft", "final", "exact"] = "final"
+    edges: Literal["mirror", "black", "extend", "auto"] = "auto"
+    occlusion: bool = True
+    fill_foreground: bool = True
+    blur_inside: bool = True
+    strength: float = 1.0
+    grain: Literal["keep", "solved"] = "keep"
+    psf_model: str | None = None
+    channel_scales: Mapping[str, float] = field(default_factory=dict)
+    axis_offset_px: tuple[float, float] = (0.0, 0.0)
+    noise: float | Sequence[float] | None = None
+    clip: float | Literal["auto", "none"] = "auto"
+    alpha: Literal["premultiplied", "unpremultiplied"] = "premultiplied"
+    scrub: bool = False
+    pixel_aspect: float = 1.0
+    display_window: tuple[int, int, int, int] | None = None
+    threads: int = 0
+    look: Look = Look()

@@ -1,7 +1,7 @@
 //! Exceptions: the errors of the core and of files, with their kind and remedy.
 
 use pyo3::prelude::*;
-use seidel_core::{ErrorKind, Fault};
+use seidel_core::{ErrorKind, Fault, Knob};
 use seidel_image_io::FileError;
 
 /// A failed call.
@@ -46,7 +46,10 @@ impl Failure {
 }
 
 impl From<seidel_core::Error> for Failure {
-    fn from(error: seidel_core::Error) -> Self {
+    fn from(mut error: seidel_core::Error) -> Self {
+        if let Some(knob) = Knob::named(&error.place) {
+            error.place = format!("settings.{}", knob.identifier());
+        }
         Self::Core(error)
     }
 }

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use seidel_core::profile::{LensDescription, LensProfile};
-use seidel_core::{Controls, Image, ImagePoint};
+use seidel_core::{Controls, Image, ImagePoint, Settings};
 use seidel_image_io::lens_profile;
 
 use crate::array::{ArrayLayout, ResultSamples};
 use crate::depth::object_distance;
 use crate::error::{Result, warn};
 use crate::fit::{self, FitArgs};
-use crate::look::LookArgs;
+use crate::look::put_look;
 use crate::worker::CallOptions;
 
 /// A fitted lens: its point-spread function (PSF) at any point of the field, channel and object distance.
@@ -172,7 +172,7 @@ impl Lens {
         f_number: Option<f64>,
         sensor_shift_um: Option<f64>,
         focal_length_mm: Option<f64>,
-        look: Option<LookArgs<'_>>,
+        look: Option<Bound<'_, PyAny>>,
     ) -> Result<Self> {
         let focus_distance = focus_distance.map(|metres| object_distance(Some(metres)));
         let controls = Controls {
@@ -183,7 +183,9 @@ impl Lens {
         };
         let mut core = self.core.with_controls(&controls)?;
         if let Some(look) = look {
-            core = core.with_look(&look.look()?)?;
+            let mut settings = Settings::default();
+            put_look(&look, &mut settings)?;
+            core = core.with_look(&settings.look)?;
         }
         let core = Arc::new(core);
         warn(py, &self.core.profile().control_warnings(&controls))?;

@@ -1,54 +1,37 @@
 //! The look of a lens: the attributes of `seidel.Look`, as those of the core.
 
 use pyo3::prelude::*;
-use seidel_core::{AperturePicture, Blades, Look};
+use seidel_core::{AperturePicture, Blades, Knob, Settings};
 
 use crate::array::ArrayPlanes;
 use crate::error::{Failure, Result};
+use crate::settings::put_knobs;
 
-/// The attributes of `seidel.Look`, which documents them.
+/// The attributes of `seidel.Look` that are no knobs of the core's table, and the shape of the blades.
 #[derive(FromPyObject)]
-pub(crate) struct LookArgs<'py> {
+struct LookArgs<'py> {
     blades: Option<u32>,
     roundness: f64,
     rotation: f64,
     aperture_picture: Option<Bound<'py, PyAny>>,
-    squeeze: f64,
-    obstruction: f64,
-    cats_eye: f64,
-    spherical: f64,
-    axial_colour: f64,
-    lateral_colour: f64,
 }
 
-impl LookArgs<'_> {
-    /// Returns the look; its ranges are checked by the core.
-    ///
-    /// # Errors
-    /// A picture that is no image array, or black, and a shape of blades without blades.
-    pub(crate) fn look(&self) -> Result<Look> {
-        if self.blades.is_none() && (self.roundness != 0.0 || self.rotation != 0.0) {
-            return Err(Failure::argument(
-                "look.blades",
-                "is None, but roundness or rotation is given",
-                "give the number of blades",
-            ));
-        }
-        Ok(Look {
-            blades: self.blades.map(|count| Blades {
-                count,
-                roundness: self.roundness,
-                rotation_deg: self.rotation,
-            }),
-            picture: self.aperture_picture.as_ref().map(picture).transpose()?,
-            squeeze: self.squeeze,
-            obstruction: self.obstruction,
-            cats_eye: self.cats_eye,
-            spherical: self.spherical,
-            axial_colour: self.axial_colour,
-            lateral_colour: self.lateral_colour,
-        })
+/// Writes a `seidel.Look` to `settings`.
+///
+/// # Errors
+/// A picture that is no image array, or black, a shape of blades without blades, and values out of range.
+pub(crate) fn put_look(look: &Bound<'_, PyAny>, settings: &mut Settings) -> Result<()> {
+    let args: LookArgs = look.extract()?;
+    if args.blades.is_none() && (args.roundness != 0.0 || args.rotation != 0.0) {
+        return Err(Failure::argument(
+            "look.blades",
+            "is None, but roundness or rotation is given",
+            "give the number of blades",
+        ));
     }
+    settings.look.blades = args.blades.map(Blades::straight);
+    settings.look.picture = args.aperture_picture.as_ref().map(picture).transpose()?;
+    put_knobs(look, "look", settings, Knob::is_of_look)
 }
 
 /// Returns the picture in `array`: the mean of R, G and B or the only channel, times alpha.
@@ -65,13 +48,8 @@ fn picture(array: &Bound<'_, PyAny>) -> Result<AperturePicture> {
             ));
         }
     };
-    let share = 1.0 / colours.len() as f32;
-    let mut samples = vec![0.0; layout.width * layout.height];
-    for colour in colours {
-        (samples.iter_mut().zip(colour)).for_each(|(sum, v)| *sum += share * v);
-    }
-    if let Some(alpha) = alpha {
-        (samples.iter_mut().zip(alpha)).for_each(|(sample, alpha)| *sample *= alpha);
-    }
+    let colours: Vec<&[f32]> = colours.iter().map(Vec::as_slice).collect();
+    let pixels = layout.width * layout.height;
+    let samples = AperturePicture::transmission(pixels, &colours, alpha.map(Vec::as_slice));
     Ok(AperturePicture::new(layout.width, &samples)?)
 }

@@ -55,27 +55,6 @@ impl ArrayPlate {
         Ok(Self { plate, layout })
     }
 
-    /// Reads the arguments `image` and `depth` of a removal, whose settings have one noise for all colours or one for each.
-    ///
-    /// # Errors
-    /// Those of [`ArrayPlate::read`], and another number of noise levels.
-    pub(crate) fn read_for_removal(
-        image: &Bound<'_, PyAny>,
-        depth: Option<&Bound<'_, PyAny>>,
-        settings: &CallSettings,
-    ) -> Result<Self> {
-        let read = Self::read(image, depth, settings)?;
-        let (count, names) = (settings.core.removal.noise.len(), &read.plate.image.names);
-        if count <= 1 || count == names.len() {
-            return Ok(read);
-        }
-        Err(Failure::argument(
-            "settings.noise",
-            format!("has {count} values"),
-            format!("give one for all, or one each for {}", names.join(", ")),
-        ))
-    }
-
     /// Adds the argument `holdout`: a matte, or a `Holdout`.
     ///
     /// # Errors

@@ -40,7 +40,7 @@ fn relens<'py>(
 ) -> Result<Bound<'py, PyAny>> {
     let py = image.py();
     let settings = CallSettings::read(py, settings)?;
-    let ArrayPlate { plate, layout } = ArrayPlate::read_for_removal(image, depth, &settings)?;
+    let ArrayPlate { plate, layout } = ArrayPlate::read(image, depth, &settings)?;
     let options = CallOptions {
         threads: settings.threads,
         progress,

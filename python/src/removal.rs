@@ -57,7 +57,7 @@ fn remove_with_maps<'py>(
 ) -> Result<Removal> {
     let py = image.py();
     let settings = CallSettings::read(py, settings)?;
-    let mut read = ArrayPlate::read_for_removal(image, depth, &settings)?;
+    let mut read = ArrayPlate::read(image, depth, &settings)?;
     read.add_background(background, &settings)?;
     let ArrayPlate { plate, layout } = read;
     let options = CallOptions {
@@ -157,7 +157,7 @@ fn blur_share<'py>(
 ) -> Result<f64> {
     let py = image.py();
     let settings = CallSettings::read(py, settings)?;
-    let plate = ArrayPlate::read_for_removal(image, depth, &settings)?.plate;
+    let plate = ArrayPlate::read(image, depth, &settings)?.plate;
     let options = CallOptions {
         threads: settings.threads,
         progress,

@@ -43,7 +43,7 @@ fn remove<'py>(
 ) -> Result<Bound<'py, PyAny>> {
     let py = image.py();
     let settings = CallSettings::read(py, settings)?;
-    let mut read = ArrayPlate::read_for_removal(image, depth, &settings)?;
+    let mut read = ArrayPlate::read(image, depth, &settings)?;
     read.add_background(background, &settings)?;
     let ArrayPlate { plate, layout } = read;
     let options = CallOptions {

@@ -3,52 +3,29 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
-use seidel_core::{
-    AlphaKind, Bloom, ChannelScale, Controls, Displacement, Edges, FocusControls, Grain,
-    LensScale, OcclusionSettings, Quality, RemovalSettings, Saturation, Settings,
-};
+use seidel_core::{AlphaKind, ChannelScale, Knob, KnobKind, LensScale, Saturation, Settings};
 
-use crate::depth::object_distance;
 use crate::error::{Failure, Result};
-use crate::look::LookArgs;
+use crate::look::put_look;
 
-/// The attributes of `seidel.Settings`, which documents them.
+/// The attributes of `seidel.Settings`, which documents them, that are no knobs of the core's table or more than a number.
 #[derive(FromPyObject)]
-struct SettingsArgs<'py> {
-    amount: f64,
+struct OwnArgs<'py> {
     psf_model: Option<String>,
     channel_scales: BTreeMap<String, f64>,
     axis_offset_px: (f64, f64),
-    geometry: String,
-    focus_distance: Option<f64>,
-    f_number: Option<f64>,
-    sensor_shift_um: Option<f64>,
-    focal_length_mm: Option<f64>,
-    depth_of_field: f64,
-    front_multiplier: f64,
-    back_multiplier: f64,
-    maximum_size: Option<f64>,
-    quality: String,
-    edges: String,
-    occlusion: bool,
-    fill_foreground: bool,
-    blur_inside: bool,
     noise: Option<OneOrMore>,
     clip: Clip,
-    strength: f64,
-    grain: String,
     alpha: String,
     scrub: bool,
-    lens_scale: Option<f64>,
-    film_back_mm: Option<f64>,
     pixel_aspect: f64,
     display_window: Option<(i32, i32, usize, usize)>,
     threads: u32,
-    look: LookArgs<'py>,
-    bloom: f64,
-    bloom_level: f64,
-    bloom_radius: f64,
+    look: Bound<'py, PyAny>,
 }
+
+/// The knobs that the package has in another form, or not at all.
+const OTHER_KNOBS: [&str; 4] = ["noise", "clip", "clip-level", "expand"];
 
 /// One number for all colours, or one for each.
 #[derive(FromPyObject)]
@@ -88,17 +65,30 @@ impl CallSettings {
     /// # Errors
     /// Attributes of another type, and unknown choices. Ranges are checked by the core.
     pub(crate) fn read(py: Python<'_>, settings: Option<&Bound<'_, PyAny>>) -> Result<Self> {
-        let args: SettingsArgs = match settings {
-            Some(settings) => settings.extract()?,
+        let settings = match settings {
+            Some(settings) => settings.clone(),
             None => {
-                let defaults = py
-                    .import("seidel._settings")?
-                    .getattr("Settings")?
-                    .call0()?;
-                defaults.extract()?
+                let module = py.import("seidel._settings")?;
+                module.getattr("Settings")?.call0()?
             }
         };
-        args.into_call_settings()
+        let own: OwnArgs = settings.extract()?;
+        let mut core = Settings::default();
+        own.put(&mut core)?;
+        put_knobs(&settings, "settings", &mut core, |knob| !knob.is_of_look())?;
+        let kinds = [
+            ("premultiplied", AlphaKind::Premultiplied),
+            ("unpremultiplied", AlphaKind::Unpremultiplied),
+        ];
+        Ok(Self {
+            alpha: choose("alpha", &own.alpha, &kinds)?,
+            replaces_non_finite: own.scrub,
+            lens_scale: core.lens_scale,
+            core,
+            pixel_aspect: own.pixel_aspect,
+            display_window: own.display_window,
+            threads: own.threads,
+        })
     }
 
     /// Checks that occlusion is on, for the argument `name`.
@@ -133,74 +123,14 @@ impl CallSettings {
     }
 }
 
-impl SettingsArgs<'_> {
-    fn into_call_settings(self) -> Result<CallSettings> {
-        if !(0.0..=1.0).contains(&self.strength) {
-            return Err(Failure::argument(
-                "settings.strength",
-                format!("is {}", self.strength),
-                "give a number from 0 to 1",
-            ));
-        }
-        let alpha = choose(
-            "alpha",
-            &self.alpha,
-            &[
-                ("premultiplied", AlphaKind::Premultiplied),
-                ("unpremultiplied", AlphaKind::Unpremultiplied),
-            ],
-        )?;
-        let mut core = Settings::default();
-        self.put_lens(&mut core)?;
-        self.put_rendering(&mut core)?;
-        core.removal = self.removal()?;
-        Ok(CallSettings {
-            core,
-            alpha,
-            replaces_non_finite: self.scrub,
-            lens_scale: self.lens_scale()?,
-            pixel_aspect: self.pixel_aspect,
-            display_window: self.display_window,
-            threads: self.threads,
-        })
-    }
-
-    /// Returns the scale of the lens's frame on the image.
+impl OwnArgs<'_> {
+    /// Writes the attributes to `core`.
     ///
     /// # Errors
-    /// A film back beside a lens scale.
-    fn lens_scale(&self) -> Result<LensScale> {
-        match (self.film_back_mm, self.lens_scale) {
-            (Some(_), Some(_)) => Err(Failure::argument(
-                "settings.film_back_mm",
-                "is given beside lens_scale",
-                "leave one of the two out",
-            )),
-            (Some(width_mm), None) => Ok(LensScale::FilmBack(width_mm)),
-            (None, Some(ratio)) => Ok(LensScale::PixelRatio(ratio)),
-            (None, None) => Ok(LensScale::FrameWidth),
-        }
-    }
-
-    /// Sets the use of the lens.
-    fn put_lens(&self, core: &mut Settings) -> Result<()> {
-        let focus_distance = self
-            .focus_distance
-            .map(|metres| object_distance(Some(metres)));
-        core.controls = Controls {
-            focus_distance: focus_distance.transpose()?,
-            f_number: self.f_number,
-            sensor_shift_um: self.sensor_shift_um,
-            focal_length_mm: self.focal_length_mm,
-        };
-        core.look = self.look.look()?;
-        core.bloom = (self.bloom != 0.0).then_some(Bloom {
-            share: self.bloom,
-            level: self.bloom_level,
-            radius: self.bloom_radius / 100.0,
-        });
+    /// Unknown words, and values that the core refuses.
+    fn put(&self, core: &mut Settings) -> Result<()> {
+        put_look(&self.look, core)?;
         core.psf_model = self.psf_model.clone();
-        core.amount = self.amount;
         let scales = self.channel_scales.iter();
         core.channel_scales = scales
             .map(|(channel, scale)| ChannelScale {
@@ -209,70 +139,12 @@ impl SettingsArgs<'_> {
             })
             .collect();
         core.axis_offset_px = self.axis_offset_px;
-        core.displacement = choose(
-            "geometry",
-            &self.geometry,
-            &[
-                ("none", Displacement::None),
-                ("lateral", Displacement::Lateral),
-                ("full", Displacement::Full),
-            ],
-        )?;
-        core.focus = FocusControls {
-            focus_per_m: None,
-            depth_of_field_m: self.depth_of_field,
-            front: self.front_multiplier,
-            back: self.back_multiplier,
-            maximum_px: self.maximum_size,
-        };
-        Ok(())
-    }
-
-    /// Sets accuracy, edges and occlusion.
-    fn put_rendering(&self, core: &mut Settings) -> Result<()> {
-        core.quality = choose(
-            "quality",
-            &self.quality,
-            &[
-                ("draft", Quality::Draft),
-                ("final", Quality::Final),
-                ("exact", Quality::Exact),
-            ],
-        )?;
-        core.edges = choose(
-            "edges",
-            &self.edges,
-            &[
-                ("auto", None),
-                ("mirror", Some(Edges::Mirror)),
-                ("black", Some(Edges::Black)),
-                ("extend", Some(Edges::Extend)),
-            ],
-        )?;
-        core.occlusion = self.occlusion.then_some(OcclusionSettings {
-            fill_foreground: self.fill_foreground,
-            blur_inside: self.blur_inside,
-        });
-        Ok(())
-    }
-
-    fn removal(&self) -> Result<RemovalSettings> {
-        let noise = match &self.noise {
+        core.removal.noise = match &self.noise {
             None => Vec::new(),
             Some(OneOrMore::One(noise)) => vec![*noise],
             Some(OneOrMore::More(noise)) => noise.clone(),
         };
-        if let Some(bad) = noise
-            .iter()
-            .find(|noise| !(noise.is_finite() && **noise >= 0.0))
-        {
-            return Err(Failure::argument(
-                "settings.noise",
-                format!("is {bad}"),
-                "give a standard deviation of zero or more, such as 0.004",
-            ));
-        }
-        let saturation = match &self.clip {
+        core.removal.saturation = match &self.clip {
             Clip::Level(level) => Saturation::Level(*level),
             Clip::Word(word) => choose(
                 "clip",
@@ -280,18 +152,63 @@ impl SettingsArgs<'_> {
                 &[("auto", Saturation::Auto), ("none", Saturation::Never)],
             )?,
         };
-        let grain = choose(
-            "grain",
-            &self.grain,
-            &[("keep", Grain::Keep), ("solved", Grain::Solved)],
-        )?;
-        Ok(RemovalSettings {
-            noise,
-            saturation,
-            strength: self.strength,
-            grain,
-        })
+        Ok(())
     }
+}
+
+/// Writes the knobs of the core's table that are attributes of `object`, an argument called `name`, to `core`. They are those of
+/// a look, or all others.
+///
+/// # Errors
+/// Values of another type or out of range, unknown words, and two attributes of which only one may be given.
+pub(crate) fn put_knobs(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    core: &mut Settings,
+    is_wanted: impl Fn(&Knob) -> bool,
+) -> Result<()> {
+    let knobs = Knob::all().filter(|knob| !OTHER_KNOBS.contains(&knob.name));
+    for knob in knobs.filter(|knob| is_wanted(knob)) {
+        let identifier = knob.identifier();
+        let attribute = object.getattr(identifier.as_str())?;
+        let path = format!("{name}.{identifier}");
+        let in_attribute = |e: seidel_core::Error| Failure::argument(&path, e.problem, e.remedy);
+        match &knob.kind {
+            KnobKind::Number(number) => {
+                let value: Option<f64> = if number.default.is_none() {
+                    attribute.extract()?
+                } else {
+                    Some(attribute.extract()?)
+                };
+                let Some(value) = value else {
+                    continue;
+                };
+                let is_given = |other: &Knob| {
+                    let other = object.getattr(other.identifier().as_str());
+                    other.is_ok_and(|value| !value.is_none())
+                };
+                knob.check_alone(is_given).map_err(in_attribute)?;
+                knob.put_number(value, core).map_err(in_attribute)?;
+            }
+            KnobKind::Switch(_) => {
+                let is_on: bool = attribute.extract()?;
+                knob.put_index(usize::from(is_on), core)
+                    .map_err(in_attribute)?;
+            }
+            KnobKind::Choice(choice) => {
+                let word: String = attribute.extract()?;
+                let index = choice.index_of(&word).ok_or_else(|| {
+                    let words: Vec<_> = (choice.options.iter())
+                        .map(|option| format!("{:?}", option.word))
+                        .collect();
+                    let remedy = format!("give one of {}", words.join(", "));
+                    Failure::argument(&path, format!("is {word:?}"), remedy)
+                })?;
+                knob.put_index(index, core).map_err(in_attribute)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Returns the value of the choice that `word`, the setting `name`, names.

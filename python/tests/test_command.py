@@ -293,7 +293,7 @@ def test_diagnoses_pictures(lens, command, tmp_path):
     only = ["defocus_offset", "decentre"]
     out = tmp_path / "out"
     pair = ["--reference", tmp_path / "reference.exr", "--observed", tmp_path / "observed.exr"]
-    options = ["--depth-m", "2.5", "--out", out, "--only", ",".join(only), "--no-pairs"]
+    options = ["--distance", "2.5", "--out", out, "--only", ",".join(only), "--no-pairs"]
     command("diagnose", "--lens", LENS, *pair, *options)
     shares = []
     diagnosis = seidel.diagnose_pictures(

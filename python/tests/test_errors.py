@@ -39,7 +39,7 @@ def test_errors_can_be_pickled():
 
 
 BAD_SETTINGS = [
-    ({"amount": 17.0}, "amount"),
+    ({"amount": 17.0}, "settings.amount: is 17; give 0 to 16"),
     ({"quality": "best"}, 'settings.quality: is "best"; give one of "draft"'),
     ({"edges": "wrap"}, "settings.edges"),
     ({"geometry": "bent"}, "settings.geometry"),
@@ -47,7 +47,9 @@ BAD_SETTINGS = [
     ({"channel_scales": {"X": 2.0}}, "channel scale X"),
     ({"pixel_aspect": 40.0}, "pixel_aspect"),
     ({"lens_scale": -1.0}, "lens_scale"),
-    ({"focus_distance": -1.0}, "distance: is -1 m"),
+    ({"focus_distance": -1.0}, "settings.focus_distance: is -1"),
+    ({"lens_scale": 1.0, "film_back_mm": 24.0}, "settings.film_back_mm: is given beside lens_scale"),
+    ({"look": seidel.Look(squeeze=9.0)}, "look.squeeze: is 9; give 0.4 to 2.5"),
     ({"noise": -0.1}, "settings.noise"),
     ({"strength": 2.0}, "settings.strength"),
     ({"display_window": (0, 0, 0, 4)}, "settings.display_window"),
@@ -64,7 +66,7 @@ def test_settings(lens, image, changes, message):
 
 def test_noise_of_each_colour(lens, image):
     for function in (seidel.remove, seidel.remove_with_maps, seidel.blur_share):
-        with pytest.raises(seidel.InvalidInput, match="noise: has 2 values; give one for all"):
+        with pytest.raises(seidel.InvalidInput, match="noise: has 2 values for a plate of 3 colours; give one value"):
             function(lens, image, 3.0, settings=Settings(noise=[0.01, 0.02]))
 
 

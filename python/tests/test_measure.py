@@ -39,7 +39,7 @@ def test_the_set_is_that_of_the_command(counts, measured, command, tmp_path):
     photographs.write_pgm(photo, counts)
     levels = ["--cfa", "RGGB", "--black", BLACK, "--white", WHITE]
     out = tmp_path / "out"
-    command("measure", "lights", photo, "--distance-m", "3", *levels, "--out", out)
+    command("measure", "lights", photo, "--distance", "3", *levels, "--out", out)
     # Tiles are compared as one program compresses them.
     again = tmp_path / "again"
     seidel.ObservationSet.load(out).save(again)

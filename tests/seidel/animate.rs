@@ -57,7 +57,11 @@ fn invalid_tables_are_refused_and_failed_frames_are_listed() {
     write_frames(folder);
     std::fs::write(folder.join("odd.csv"), "frame,size\n1,2\n").expect("writable");
     let line = format!("{APPLY} --animate @odd.csv");
-    must_refuse(folder, &line, &["odd.csv", "size", "amount, axis-offset.x"]);
+    must_refuse(
+        folder,
+        &line,
+        &["odd.csv", "size", "amount", "axis-offset.x"],
+    );
     std::fs::write(folder.join("good.csv"), "frame,amount\n1,1\n").expect("writable");
     let still =
         "apply --lens @lens.json @plate.01.exr -o @out.exr --distance 2 --animate @good.csv";

@@ -206,9 +206,9 @@ fn amount_channel_scale_and_axis_offset_act_on_plates() {
         "apply --lens @lens.json @plate.exr -o @no.exr --channel-scale Q=2",
         &["channel scale Q", "R, G, B"],
     );
-    crate::support::must_refuse(
+    crate::support::must_refuse_options(
         folder,
         "apply --lens @lens.json @plate.exr -o @no.exr --amount -1",
-        &["amount"],
+        &["--amount", "0 to 16"],
     );
 }

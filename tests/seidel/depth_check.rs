@@ -59,7 +59,7 @@ fn wrong_conventions_are_reported_and_correct_ones_are_not() {
     }
     let inverse = message("--depth-kind inverse");
     assert!(
-        inverse.contains("doubtful") && inverse.contains("give --depth-kind distance"),
+        inverse.contains("doubtful") && inverse.contains("(--depth-kind) distance"),
         "{inverse}"
     );
     let kilometres = message("--depth-unit 0.001");
@@ -71,7 +71,7 @@ fn wrong_conventions_are_reported_and_correct_ones_are_not() {
     write(&plate, &|z, _| 1.0 / z);
     let metres = message("");
     assert!(
-        metres.contains("doubtful") && metres.contains("give --depth-kind inverse"),
+        metres.contains("doubtful") && metres.contains("(--depth-kind) inverse"),
         "{metres}"
     );
     assert!(!message("--depth-kind inverse").contains("doubtful"));

@@ -115,7 +115,7 @@ fn invalid_outputs() {
 fn pairs_without_information() {
     const ALL: [&str; 3] = ["R", "G", "B"];
     const PAIR: &str = "diagnose --lens @lens.json --reference @sharp.exr --observed @plate.exr \
-                        --out @out --depth-m 2";
+                        --out @out --distance 2";
     let both = |folder: &Path| {
         picture(folder, "sharp.exr", &ALL, grain);
         picture(folder, "plate.exr", &ALL, grain);
@@ -161,8 +161,8 @@ fn pairs_without_information() {
     );
     refused(
         both,
-        &PAIR.replace("--depth-m 2", ""),
-        &["plate.exr", "--depth-m"],
+        &PAIR.replace("--distance 2", ""),
+        &["plate.exr", "--distance"],
     );
     refused(both, &format!("{PAIR} --patch 30"), &["patch", "30", "odd"]);
     refused(both, &format!("{PAIR} --patch 65"), &["too small", "65 px"]);
@@ -248,7 +248,7 @@ fn diagnosed_pair(planted: &str, apply: &str, options: &str) -> serde_json::Valu
     );
     add_noise(&folder.path().join("plate.exr"), 0.002);
     let line = format!(
-        "diagnose --lens @lens.json --reference @sharp.exr --observed @plate.exr --out @out --depth-m 2.5 \
+        "diagnose --lens @lens.json --reference @sharp.exr --observed @plate.exr --out @out --distance 2.5 \
          --patch 17 --no-pairs --json {options}"
     );
     let report = succeeds(folder.path(), &line).stdout;
@@ -294,8 +294,8 @@ fn the_command_line_and_the_schema() {
         "diagnose --lens @lens.json @set",
         "diagnose --lens @lens.json --out @out --reference @a.exr",
         "diagnose --lens @lens.json @set --out @out --reference @a.exr --observed @b.exr",
-        "diagnose --lens @lens.json @set --out @out --depth-m 2",
-        "diagnose --lens @lens.json @set --out @out --depth-m -2",
+        "diagnose --lens @lens.json @set --out @out --distance 2",
+        "diagnose --lens @lens.json @set --out @out --distance -2",
     ] {
         let outcome = seidel_in(folder.path(), line);
         assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);

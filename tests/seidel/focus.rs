@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use crate::support::{
-    must_refuse, read_channel, succeeds, write_exr, write_plate, write_pupil_lens,
+    must_refuse, must_refuse_options, read_channel, succeeds, write_exr, write_plate,
+    write_pupil_lens,
 };
 
 fn rendered(folder: &Path, options: &str) -> Vec<f32> {
@@ -116,12 +117,12 @@ fn invalid_values_are_refused_before_anything_is_read() {
     write_plate(&folder.join("plate.exr"), 30, 20);
     let line = "apply --lens @lens.json @plate.exr -o @no.exr --focus-plane 2";
     for (options, name) in [
-        ("--depth-of-field -1", "depth of field"),
-        ("--front-multiplier 99", "front multiplier"),
-        ("--back-multiplier NaN", "back multiplier"),
-        ("--maximum-size 0", "maximum size"),
+        ("--depth-of-field -1", "--depth-of-field"),
+        ("--front-multiplier 99", "--front-multiplier"),
+        ("--back-multiplier NaN", "--back-multiplier"),
+        ("--maximum-size 0", "--maximum-size"),
     ] {
-        must_refuse(folder, &format!("{line} {options}"), &[name]);
+        must_refuse_options(folder, &format!("{line} {options}"), &[name, "give"]);
     }
     let far = "apply --lens @lens.json @plate.exr -o @no.exr --focus-plane inf --depth-of-field 1";
     must_refuse(folder, far, &["depth of field", "infinity"]);

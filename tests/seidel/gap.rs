@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use seidel_core::calibrate::diagnose::{Diagnosis, Settings, Verdict, diagnose};
-use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
+use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
 use seidel_core::effects;
 use seidel_core::no_progress;
 use seidel_core::observations::ObservationSet;
@@ -50,11 +50,18 @@ fn recipe(kind: Kind, seed: u64) -> Recipe {
     }
 }
 
+/// Settings of the fits of lenses to their designs, which have no effects of higher order.
+fn reduced() -> PupilSettings {
+    PupilSettings {
+        model: PupilModel::Reduced,
+        ..PupilSettings::default()
+    }
+}
+
 /// Fits a case of `kind` and diagnoses it with `library`, without its answer.
 fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
     let case = seidel_trial::draw(&recipe(kind, seed));
-    let fit =
-        fit_pupil(&[case.design], &PupilSettings::default(), &no_progress).expect("a sound design");
+    let fit = fit_pupil(&[case.design], &reduced(), &no_progress).expect("a sound design");
     diagnosed(&fit.lens, &case.real, library)
 }
 
@@ -67,11 +74,7 @@ impl Fits {
         if let Some((_, lens)) = self.0.iter().find(|(known, _)| *known == design) {
             return lens.clone();
         }
-        let fit = fit_pupil(
-            std::slice::from_ref(&design),
-            &PupilSettings::default(),
-            &no_progress,
-        );
+        let fit = fit_pupil(std::slice::from_ref(&design), &reduced(), &no_progress);
         let lens = fit.expect("a sound design").lens;
         self.0.push((design, lens.clone()));
         lens
@@ -117,7 +120,7 @@ fn at_one_distance_wrong_distances_are_named_beside_a_focus_offset() {
     };
     let found = |kind| {
         let case = seidel_trial::draw(&recipe(kind));
-        let fit = fit_pupil(&[case.design], &PupilSettings::default(), &no_progress);
+        let fit = fit_pupil(&[case.design], &reduced(), &no_progress);
         let lens = fit.expect("a sound design").lens;
         let library = ["defocus_offset", "depth_scale", "sensor_tilt"];
         diagnosed(&lens, &case.real, &library)
@@ -150,11 +153,7 @@ fn nothing_is_found_where_nothing_is_missing() {
 fn a_model_that_is_too_simple_is_to_blame() {
     let case = seidel_trial::draw(&recipe(Kind::Single("decentre"), 7003));
     // The lens is fitted to its decentred copy itself, by a symmetric model.
-    let fit = fit_pupil(
-        std::slice::from_ref(&case.real),
-        &PupilSettings::default(),
-        &no_progress,
-    );
+    let fit = fit_pupil(std::slice::from_ref(&case.real), &reduced(), &no_progress);
     let lens = fit.expect("a sound set").lens;
     // A lens that kept nothing aside does not know its own gap. (One that does is a case of the self-test.)
     let all = LensProfile {
@@ -167,7 +166,7 @@ fn a_model_that_is_too_simple_is_to_blame() {
     };
     let settings = Settings::default();
     let error = diagnose(&all, &case.real, &settings, &no_progress).expect_err("no own gap");
-    assert!(error.to_string().contains("--design"), "{error}");
+    assert!(error.to_string().contains("give the set"), "{error}");
     let settings = Settings {
         library: vec!["defocus_offset".to_owned(), "motion".to_owned()],
         pairs: false,

@@ -222,12 +222,12 @@ fn bad_looks_are_refused_with_their_option_and_a_remedy() {
         ("--cats-eye -2", &["--cats-eye", "-1 to 1"]),
         ("--spherical nan", &["--spherical", "-1 to 1"]),
         ("--axial-colour 5", &["--axial-colour", "-4 to 4"]),
-        ("--lateral-colour x", &["--lateral-colour", "number"]),
+        ("--lateral-colour x", &["--lateral-colour", "-4 to 4"]),
         ("--bloom 1.5", &["--bloom", "0 to 1"]),
         ("--bloom-level 2", &["--bloom"]),
         (
             "--bloom 0.5 --bloom-level -1",
-            &["--bloom-level", "at least 0"],
+            &["--bloom-level", "0 or more"],
         ),
         (
             "--bloom 0.5 --bloom-radius 50",

@@ -21,7 +21,7 @@ fn charts_are_printed_the_same_for_the_same_seed() {
     let folder = folder.path();
     for kind in ["noise", "edges", "lights", "board"] {
         let line = format!(
-            "measure print {kind} -o @{kind}.pdf -o @{kind}.svg -o @{kind}.png --paper A5 --distance-m 1 --blur-px 5"
+            "measure print {kind} -o @{kind}.pdf -o @{kind}.svg -o @{kind}.png --paper A5 --distance 1 --blur-px 5"
         );
         let printed = succeeds(folder, &line).stdout;
         assert!(printed.contains("px of the photograph"), "{printed}");
@@ -40,7 +40,7 @@ fn charts_are_printed_the_same_for_the_same_seed() {
     let before = std::fs::read(folder.join("noise.png")).expect("written");
     succeeds(
         folder,
-        "measure print noise -o @noise.png --paper A5 --distance-m 1 --blur-px 5 --seed 2",
+        "measure print noise -o @noise.png --paper A5 --distance 1 --blur-px 5 --seed 2",
     );
     assert_ne!(
         before,
@@ -66,19 +66,13 @@ fn charts_are_printed_the_same_for_the_same_seed() {
 fn a_plan_has_distances_even_in_vergence() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    let line = "measure plan --focal-mm 50 --f-number 2 --focus-m 3 --pitch-um 4";
+    let line = "measure plan --focal-length-mm 50 --f-number 2 --focus-distance 3 --pitch-um 4";
     let text = succeeds(folder, line).stdout;
     assert!(
         text.contains("even in 1 / distance") && text.contains("inf"),
         "{text}"
     );
-    let plan = json(
-        &succeeds(
-            folder,
-            &format!("{line} --near-m 1 --far-m 5 --count 3 --json"),
-        )
-        .stdout,
-    );
+    let plan = json(&succeeds(folder, &format!("{line} --near 1 --far 5 --count 3 --json")).stdout);
     let metres: Vec<f64> = (plan["distances"].as_array().expect("a list").iter())
         .map(|d| d["distance_m"].as_f64().expect("metres"))
         .collect();
@@ -86,11 +80,7 @@ fn a_plan_has_distances_even_in_vergence() {
     for (got, want) in metres.iter().zip([5.0, 1.0 / 0.6, 1.0]) {
         assert!((got - want).abs() < 1e-9, "{metres:?}");
     }
-    must_refuse(
-        folder,
-        &format!("{line} --near-m 9 --far-m 5"),
-        &["--near-m"],
-    );
+    must_refuse(folder, &format!("{line} --near 9 --far 5"), &["--near"]);
 }
 
 /// A 16-bit PGM of linear counts.
@@ -163,7 +153,7 @@ fn a_pair_shows_the_blur_of_the_second_photograph() {
     let folder = folder.path();
     write_pgm(&folder.join("sharp.pgm"), WIDTH, &photograph(0.4, 1));
     write_pgm(&folder.join("blurred.pgm"), WIDTH, &photograph(1.3, 2));
-    let options = "--cfa none --black 0 --white 65535 --out @set --distance-m 2";
+    let options = "--cfa none --black 0 --white 65535 --out @set --distance 2";
     let report = json(&succeeds(folder, &format!("measure pair @sharp.pgm @blurred.pgm {options} --tile 11 --sharp-sigma-px 0.4 --json")).stdout);
     assert!(report["kept"].as_u64().expect("a count") >= 4, "{report}");
     let set = document(folder, "set/manifest.json");
@@ -208,7 +198,7 @@ fn a_pair_shows_the_blur_of_the_second_photograph() {
     write_pgm(&folder.join("even.pgm"), WIDTH, &even);
     succeeds(
         folder,
-        "measure print noise -o @chart.png --paper A5 --distance-m 1 --blur-px 4",
+        "measure print noise -o @chart.png --paper A5 --distance 1 --blur-px 4",
     );
     must_refuse(
         folder,
@@ -236,7 +226,7 @@ fn a_simulated_photograph_of_an_independent_program_is_measured() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let line = format!(
-        "measure chart {} --chart {} --distance-m 2 --channels G --out @set --report @page.html --json",
+        "measure chart {} --chart {} --distance 2 --channels G --out @set --report @page.html --json",
         case.join("photo0.dng").display(),
         case.join("chart.png").display()
     );

@@ -88,7 +88,7 @@ fn a_raw_photograph_of_squares_gives_the_lens_that_took_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     photograph(&folder.join("a.dng"), 1);
-    let line = "measure edges @a.dng --distance-m 2 --out @edges --fit @lens.json --json";
+    let line = "measure edges @a.dng --distance 2 --out @edges --fit @lens.json --json";
     let report = json(&succeeds(folder, line).stdout);
     assert!(report["kept"]["G"].as_u64() > Some(60), "{report}");
     let axis = &report["lens"]["axis"];
@@ -120,7 +120,7 @@ fn a_raw_photograph_of_squares_gives_the_lens_that_took_it() {
         first["source"] == "a.dng" && first["why"].is_string(),
         "{first}"
     );
-    let more = "measure edges @a.dng --distance-m 2 --axis 169,107 --out @more --also @edges";
+    let more = "measure edges @a.dng --distance 2 --axis 169,107 --out @more --also @edges";
     succeeds(folder, more);
     assert_eq!(edges("more/edges.json"), 2 * edges("edges/edges.json"));
     assert!(folder.join("more/sheet.png").is_file());
@@ -137,7 +137,7 @@ fn a_photograph_without_edges_is_refused_and_leaves_nothing_behind() {
         "measure edges @flat.dng --out @edges",
         &["none found", "dark squares"],
     );
-    let two = "measure edges @flat.dng --distance-m 1,2 --out @edges";
+    let two = "measure edges @flat.dng --distance 1,2 --out @edges";
     assert_eq!(seidel_in(folder, two).status, 2);
     assert!(!folder.join("edges").exists());
 }
@@ -151,7 +151,7 @@ fn check_case(name: &str, least_db: f64) {
     let out = folder.path();
     let photo = case.join("photo0.dng");
     let line = format!(
-        "measure edges {} --distance-m 2 --channels G --out @edges --fit @lens.json",
+        "measure edges {} --distance 2 --channels G --out @edges --fit @lens.json",
         photo.display()
     );
     succeeds(out, &line);

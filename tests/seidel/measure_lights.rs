@@ -149,7 +149,7 @@ fn a_raw_photograph_gives_the_lens_that_took_it() {
     let perfect = photograph(folder, &folder.join("a.dng"), &exposure);
     seidel_image_io::observation_set::write(&perfect, &folder.join("truth")).expect("writable");
     let line =
-        "measure lights @a.dng --distance-m 2 --out @set --fit @fitted.json --axis 150,100 --json";
+        "measure lights @a.dng --distance 2 --out @set --fit @fitted.json --axis 150,100 --json";
     let report = json(&succeeds(folder, line).stdout);
     // The corners' lights are cut off by the border.
     let kept = report["kept"].as_u64().expect("a count");
@@ -198,7 +198,7 @@ fn a_raw_photograph_shows_in_one_go_what_a_lens_file_lacks() {
         distance: NEAR,
     };
     photograph(folder, &folder.join("a.dng"), &exposure);
-    let only = "--photo @a.dng --distance-m 2 --only defocus_offset --no-pairs --json";
+    let only = "--photo @a.dng --distance 2 --only defocus_offset --no-pairs --json";
     let diagnose = |lens: &str, out: &str| {
         let line = format!("diagnose --lens {lens} {only} --out {out}");
         json(&succeeds(folder, &line).stdout)
@@ -229,7 +229,7 @@ fn a_raw_photograph_shows_in_one_go_what_a_lens_file_lacks() {
         "diagnose --lens @old.json @wrong/psf --only defocus_offset --no-pairs --out @again";
     succeeds(folder, again);
     let unknown = "diagnose --lens @lens.json --photo @a.dng --out @none";
-    must_refuse(folder, unknown, &["a.dng", "--distance-m"]);
+    must_refuse(folder, unknown, &["a.dng", "--distance"]);
 }
 
 #[test]
@@ -249,13 +249,13 @@ fn another_distance_is_appended_and_the_set_is_replaced_as_a_whole() {
     }
     succeeds(
         folder,
-        "measure lights @a.dng --distance-m 2 --out @set --tile 31",
+        "measure lights @a.dng --distance 2 --out @set --tile 31",
     );
     let before = manifest(folder, "set/manifest.json");
     let count = |set: &Value| set["observations"].as_array().expect("a list").len();
     succeeds(
         folder,
-        "measure lights @b.dng --distance-m 4 --out @set --also @set",
+        "measure lights @b.dng --distance 4 --out @set --also @set",
     );
     let after = manifest(folder, "set/manifest.json");
     assert!(count(&after) > count(&before) + 12);
@@ -272,7 +272,7 @@ fn another_distance_is_appended_and_the_set_is_replaced_as_a_whole() {
     // Both at once give the same lights.
     succeeds(
         folder,
-        "measure lights @a.dng @b.dng --distance-m 2,4 --out @both --tile 31",
+        "measure lights @a.dng @b.dng --distance 2,4 --out @both --tile 31",
     );
     assert!(count(&manifest(folder, "both/manifest.json")) >= count(&after) - 2);
 }
@@ -308,7 +308,7 @@ fn unusable_photographs_are_refused_with_a_remedy() {
         must_refuse(folder, &format!("measure lights {line} --out @set"), parts);
     }
     for (options, part) in [
-        ("--distance-m 1,2", "2 distances for 1 photographs"),
+        ("--distance 1,2", "2 distances for 1 photographs"),
         ("--axis free", "--fit LENS"),
         ("--cfa RGB", "RGGB"),
         ("--tile 3", "7 to 1023"),
@@ -355,7 +355,7 @@ fn check_case(case: PathBuf, distance_m: &str) {
     let out = folder.path();
     let photo = case.join("photo0.dng");
     let line = format!(
-        "measure lights {} --distance-m {distance_m} --out @set",
+        "measure lights {} --distance {distance_m} --out @set",
         photo.display()
     );
     succeeds(out, &line);
@@ -449,7 +449,7 @@ fn a_star_photograph_gives_the_lens_of_its_set() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let line = format!(
-        "measure lights {} --cfa none --distance-m inf --out @stars --fit @lens.json --json",
+        "measure lights {} --cfa none --distance inf --out @stars --fit @lens.json --json",
         file.display()
     );
     let report: Value = serde_json::from_str(&succeeds(folder, &line).stdout).expect("JSON");

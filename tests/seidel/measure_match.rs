@@ -132,9 +132,7 @@ fn plates_that_do_not_show_the_size_of_the_blur_are_refused() {
     let few = "measure match @soft.dng -o @lens.json --channels G --min-contrast 1000";
     must_refuse(folder, few, &["edges"]);
     assert!(!folder.join("lens.json").exists());
-    let two = crate::support::seidel_in(
-        folder,
-        "measure match @soft.dng -o @l.json --distance-m 1,2",
-    );
+    let two =
+        crate::support::seidel_in(folder, "measure match @soft.dng -o @l.json --distance 1,2");
     assert_eq!(two.status, 2);
 }

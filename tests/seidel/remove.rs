@@ -446,7 +446,11 @@ fn bad_input_is_named() {
         assert!(outcome.stderr.contains("give"), "{bad}: {}", outcome.stderr);
     }
     let line = format!("remove @plate.exr -o @x.exr {LENS} --noise 0.1,0.2");
-    must_refuse(folder, &line, &["plate.exr", "--noise", "R, G, B"]);
+    must_refuse(
+        folder,
+        &line,
+        &["plate.exr", "--noise", "2 values", "3 colours"],
+    );
     must_refuse(
         folder,
         "remove @plate.exr -o @x.exr --lens @no.json --distance 1",

@@ -66,9 +66,18 @@ pub(crate) fn succeeds(folder: &Path, line: &str) -> Outcome {
 /// Runs a command line as [`seidel_in`] and asserts that it fails with exit status 1, that its message contains all
 /// `parts` and a remedy, and that the folder is unchanged.
 pub(crate) fn must_refuse(folder: &Path, line: &str, parts: &[&str]) {
+    must_refuse_with(1, folder, line, parts);
+}
+
+/// As [`must_refuse`], for a command line that is not valid: the exit status is 2.
+pub(crate) fn must_refuse_options(folder: &Path, line: &str, parts: &[&str]) {
+    must_refuse_with(2, folder, line, parts);
+}
+
+fn must_refuse_with(status: u8, folder: &Path, line: &str, parts: &[&str]) {
     let before = listing(folder);
     let outcome = seidel_in(folder, line);
-    assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
+    assert_eq!(outcome.status, status, "{line}: {}", outcome.stderr);
     for part in parts {
         assert!(
             outcome.stderr.contains(part),
@@ -76,7 +85,8 @@ pub(crate) fn must_refuse(folder: &Path, line: &str, parts: &[&str]) {
             outcome.stderr
         );
     }
-    assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
+    let has_remedy = outcome.stderr.contains(';') || outcome.stderr.contains(": give ");
+    assert!(has_remedy, "a remedy: {}", outcome.stderr);
     assert_eq!(listing(folder), before, "{line} changed the folder");
 }
 

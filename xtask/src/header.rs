@@ -1,7 +1,9 @@
-//! The header of the C ABI, generated from the exports of `plugin/src`.
+//! The header of the C ABI, generated from the exports of `plugin/src` and the table of knobs.
 
 use std::fs;
 use std::path::Path;
+
+use crate::knobs;
 
 /// Its path from the root.
 pub(crate) const PATH: &str = "plugin/include/seidel.h";
@@ -51,7 +53,8 @@ pub(crate) fn generate(root: &Path) -> Result<String, String> {
     bindings.map_err(|e| e.to_string())?.write(&mut text);
     let text = String::from_utf8(text).map_err(|e| e.to_string())?;
     // Rust's section on safety is the contract for pointers in C.
-    Ok(text.replace(" * # Safety\n", " * Pointers:\n"))
+    let text = text.replace(" * # Safety\n", " * Pointers:\n");
+    Ok(knobs::header::with_comments(&text))
 }
 
 /// Writes the header; returns a report.

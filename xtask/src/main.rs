@@ -1,4 +1,5 @@
-//! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
+//! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `knobs` what else follows from the
+//! table of knobs, `bundle` builds
 //! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `endurance` long runs, `library` writes the lens
 //! library, `luts` the colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
@@ -6,6 +7,7 @@ mod attack;
 mod bundle;
 mod dist;
 mod header;
+mod knobs;
 mod library;
 mod luts;
 mod pictures;
@@ -17,6 +19,7 @@ use std::process::ExitCode;
 const USAGE: &str = "usage: cargo xtask TASK
   tidy                        check the project's rules
   header                      write plugin/include/seidel.h
+  knobs                       write the files that follow from the table of knobs: settings in Python, docs/guide/knobs.md
   attack [--minutes N] [--only TARGET,..] [OPTIONS]
                               damage inputs, kill runs and fill disks; `attack --help` lists the options
   endurance [RUN..]           long runs: sequence, c-abi, node, or all; `attack --help` lists the options
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "tidy" => tidy::run(&root),
         "header" => header::write(&root),
+        "knobs" => knobs::write(&root),
         "attack" => attack::run(&root, arguments),
         "endurance" => attack::endurance(&root, arguments),
         "dist" => dist::run(&root, arguments),

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use seidel_optics::lens::AperturePicture;
+
 use crate::error::{FileError, Result};
 use crate::format::Format;
 use crate::formats::exr::ExrImage;
@@ -15,7 +17,7 @@ use crate::windows::{FittedSamples, ImageWindows, fit_to_plate};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelSpec {
     /// The file; may hold a frame pattern.
-    pub file: String,
+    pub file: PathBuf,
     /// The channel, if one is named.
     pub channel: Option<String>,
 }
@@ -25,7 +27,7 @@ impl ChannelSpec {
     /// text is the name of an existing file.
     pub fn parse(text: &str) -> Self {
         let whole = Self {
-            file: text.to_owned(),
+            file: text.into(),
             channel: None,
         };
         let Some((file, channel)) = text.rsplit_once(':') else {
@@ -45,7 +47,7 @@ impl ChannelSpec {
             return whole;
         }
         Self {
-            file: file.to_owned(),
+            file: file.into(),
             channel: Some(channel.to_owned()),
         }
     }
@@ -176,24 +178,16 @@ impl ImageChannel {
         }
         let first = colours.first().or(alpha.as_ref()).copied().unwrap_or(0);
         let (windows, _) = image.channel(first);
-        let mut samples = vec![
-            if colours.is_empty() { 1.0 } else { 0.0 };
-            windows.data.width * windows.data.height
-        ];
-        let share = 1.0 / colours.len().max(1) as f32;
-        for index in colours {
-            let (_, colour) = image.channel(index);
-            (samples.iter_mut().zip(colour)).for_each(|(sum, v)| *sum += share * v);
-        }
-        if let Some(index) = alpha {
-            let (_, alpha) = image.channel(index);
-            (samples.iter_mut().zip(alpha)).for_each(|(sample, alpha)| *sample *= alpha);
-        }
+        let samples_of = |index: usize| image.channel(index).1;
+        let colours: Vec<_> = colours.into_iter().map(samples_of).collect();
+        let colours: Vec<&[f32]> = colours.iter().map(Vec::as_slice).collect();
+        let alpha = alpha.map(samples_of);
+        let pixels = windows.data.width * windows.data.height;
         Ok(Self {
             file: file.to_owned(),
             channel: "transmission".to_owned(),
             windows,
-            samples,
+            samples: AperturePicture::transmission(pixels, &colours, alpha.as_deref()),
         })
     }
 

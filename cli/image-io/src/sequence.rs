@@ -167,23 +167,15 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
     Ok(frames)
 }
 
-/// The files of a frame: one path for each pattern of the run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FramePaths {
-    /// The frame number; `None` for a single image.
-    pub frame: Option<i64>,
-    /// The paths of this frame, in the order of the patterns.
-    pub paths: Vec<PathBuf>,
-}
-
-/// Expands `patterns` (input first, output second, then others such as a depth pass) to the files of each frame.
+/// Returns the frame numbers of a run over `patterns`: input first, output second, then others such as a depth pass. `None` is a
+/// single image, whose paths are not patterns.
 ///
 /// Input and output must both contain the frame number, or neither; the others may be the same file for every frame.
 /// Without `frames`, an input that exists is not treated as a pattern.
 ///
 /// # Errors
 /// A pattern without frames, frames without a pattern, and an invalid frame list.
-pub fn expand_frames(patterns: &[&Path], frames: Option<&str>) -> Result<Vec<FramePaths>> {
+pub fn expand_frames(patterns: &[&Path], frames: Option<&str>) -> Result<Vec<Option<i64>>> {
     let parsed: Vec<FramePattern> = patterns.iter().map(FramePattern::parse).collect();
     let Some(list) = frames else {
         let input_is_file = patterns.first().is_some_and(|p| p.is_file());
@@ -195,10 +187,7 @@ pub fn expand_frames(patterns: &[&Path], frames: Option<&str>) -> Result<Vec<Fra
                 "give them by --frames, such as --frames 1001-1100",
             ));
         }
-        return Ok(vec![FramePaths {
-            frame: None,
-            paths: patterns.iter().map(|p| p.to_path_buf()).collect(),
-        }]);
+        return Ok(vec![None]);
     };
     let frames = parse_frames(list)?;
     for pattern in parsed.iter().take(2) {
@@ -211,13 +200,7 @@ pub fn expand_frames(patterns: &[&Path], frames: Option<&str>) -> Result<Vec<Fra
             ));
         }
     }
-    Ok(frames
-        .into_iter()
-        .map(|frame| FramePaths {
-            frame: Some(frame),
-            paths: parsed.iter().map(|p| p.path(frame)).collect(),
-        })
-        .collect())
+    Ok(frames.into_iter().map(Some).collect())
 }
 
 #[cfg(test)]
@@ -290,10 +273,8 @@ mod tests {
             expand_frames(&patterns, frames)
         };
         let steps = expand(&["in.%04d.exr", "out.%04d.exr", "z.exr"], Some("1-2")).expect("two");
-        assert_eq!(steps.len(), 2);
-        assert_eq!(steps[1].paths[1], Path::new("out.0002.exr"));
-        assert_eq!(steps[1].paths[2], Path::new("z.exr"));
-        assert_eq!(expand(&["a.exr", "b.exr"], None).expect("single").len(), 1);
+        assert_eq!(steps, [Some(1), Some(2)]);
+        assert_eq!(expand(&["a.exr", "b.exr"], None).expect("single"), [None]);
         let error = expand(&["in.%04d.exr", "out.%04d.exr"], None).expect_err("no frames");
         assert!(error.to_string().contains("--frames"), "{error}");
         let error = expand(&["in.%04d.exr", "out.exr"], Some("1-2")).expect_err("no pattern");

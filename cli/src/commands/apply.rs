@@ -1,6 +1,5 @@
 //! `seidel apply`: blurs a plate with a lens, by field position, channel and depth.
 
-mod background;
 mod frame;
 mod occlusion;
 mod residual;
@@ -10,16 +9,16 @@ mod verbose;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
-use seidel_core::{Edges, Expand, Quality, Settings};
+use clap::Args;
+use seidel_core::{Edges, Expand, Settings};
 
+use super::CommandError;
+use super::knobs::{ApplyKnobs, knob_text};
 use super::plates::{
-    Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SettingsRecord, setting,
+    Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SettingsRecord, SideInputs, setting,
 };
-use super::{CommandError, value_name};
 use crate::Console;
 use crate::progress::ProgressArgs;
-use background::BackgroundArgs;
 use frame::Job;
 use occlusion::OcclusionArgs;
 use show::ShowChoice;
@@ -37,16 +36,7 @@ pub struct ApplyArgs {
     #[command(flatten)]
     occlusion: OcclusionArgs,
     #[command(flatten)]
-    background: BackgroundArgs,
-    /// Light beyond the edges of the plate
-    #[arg(long, value_enum, help_heading = "Output", default_value_t = EdgeChoice::Auto)]
-    edges: EdgeChoice,
-    /// Sides on which the data window grows by the reach of the blur, so that an element keeps its blurred rim (EXR only)
-    #[arg(long, value_enum, help_heading = "Output", default_value_t = ExpandChoice::Auto)]
-    expand: ExpandChoice,
-    /// Accuracy of the render, as PSNR against the exact renderer
-    #[arg(long, value_enum, help_heading = "Output", default_value_t = QualityChoice::Final)]
-    quality: QualityChoice,
+    knobs: ApplyKnobs,
     /// Residual that `seidel remove --residual` wrote beside IN, or a frame pattern
     ///
     /// It is added where IN was not changed, which restores the original plate there. OUT has the pixels of that plate.
@@ -62,104 +52,29 @@ pub struct ApplyArgs {
     verbose: bool,
 }
 
-/// The accuracy of the render.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum QualityChoice {
-    /// For previews: 45 dB
-    Draft,
-    /// For delivery: 60 dB, 75 dB where no blur is above 6 px, 50 dB for lenses modelled ray by ray
-    Final,
-    /// A kernel of its own for every source pixel: slow
-    Exact,
-}
-
-impl From<QualityChoice> for Quality {
-    fn from(choice: QualityChoice) -> Self {
-        match choice {
-            QualityChoice::Draft => Self::Draft,
-            QualityChoice::Final => Self::Final,
-            QualityChoice::Exact => Self::Exact,
-        }
-    }
-}
-
-/// The light beyond the edges of the plate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EdgeChoice {
-    /// By alpha: mirror for full frames, black for elements over nothing, extend for elements that the border cuts
-    Auto,
-    /// The mirrored plate: no light is lost
-    Mirror,
-    /// Black: light that leaves the plate is lost
-    Black,
-    /// The nearest pixel of the plate, with its depth and blur
-    Extend,
-}
-
-impl EdgeChoice {
-    /// Returns the chosen edges; `None` leaves the choice to the plate.
-    fn edges(self) -> Option<Edges> {
-        match self {
-            Self::Auto => None,
-            Self::Mirror => Some(Edges::Mirror),
-            Self::Black => Some(Edges::Black),
-            Self::Extend => Some(Edges::Extend),
-        }
-    }
-
-    /// Returns the choice that stands for `edges`.
-    fn of_edges(edges: Edges) -> Self {
-        match edges {
-            Edges::Mirror => Self::Mirror,
-            Edges::Black => Self::Black,
-            Edges::Extend => Self::Extend,
-        }
-    }
-}
-
-/// The sides on which the data window grows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ExpandChoice {
-    /// Sides beyond which nothing is known to be: those of a plate with alpha whose border is transparent or that lie
-    /// within the display window
-    Auto,
-    /// All sides
-    On,
-    /// No side: light beyond the data window is cropped
-    Off,
-}
-
-impl From<ExpandChoice> for Expand {
-    fn from(choice: ExpandChoice) -> Self {
-        match choice {
-            ExpandChoice::Auto => Self::Auto,
-            ExpandChoice::On => Self::Always,
-            ExpandChoice::Off => Self::Never,
-        }
-    }
-}
-
 impl ApplyArgs {
     /// Returns the option about progress.
     pub(super) fn progress(&self) -> ProgressArgs {
         self.shared.run.progress
     }
 
-    /// Returns the settings of a render with these `edges` by name, without those of lens and plate.
-    fn record(&self, edges: Edges) -> SettingsRecord {
-        let edges = EdgeChoice::of_edges(edges);
-        let mut occlusion = self.occlusion.record();
-        if self.background.is_used() {
-            occlusion.push_str(", background");
-        }
-        rendering_record(self.quality, edges, &occlusion)
+    /// Returns the `settings` of a render with these `edges` by name, without those of lens and plate.
+    fn record(&self, settings: &Settings, edges: Edges) -> SettingsRecord {
+        rendering_record(&of_edges(settings, edges), &self.occlusion.record())
     }
 }
 
-fn rendering_record(quality: QualityChoice, edges: EdgeChoice, occlusion: &str) -> SettingsRecord {
+/// Returns `settings` with the edges that a plate was rendered with.
+fn of_edges(settings: &Settings, edges: Edges) -> Settings {
+    let mut settings = settings.clone();
+    settings.edges = Some(edges);
+    settings
+}
+
+fn rendering_record(settings: &Settings, occlusion: &str) -> SettingsRecord {
     vec![
-        setting("quality", value_name(quality)),
-        setting("edges", value_name(edges)),
+        setting("quality", knob_text("quality", settings)),
+        setting("edges", knob_text("edges", settings)),
         setting("occlusion", occlusion),
     ]
 }
@@ -167,7 +82,7 @@ fn rendering_record(quality: QualityChoice, edges: EdgeChoice, occlusion: &str) 
 /// Returns the settings of a render by name with all options of `apply` at their defaults, without those of lens and
 /// plate.
 pub(super) fn default_rendering_record() -> SettingsRecord {
-    rendering_record(QualityChoice::Final, EdgeChoice::Mirror, "on")
+    rendering_record(&of_edges(&Settings::default(), Edges::Mirror), "on")
 }
 
 pub(super) fn run(
@@ -176,35 +91,25 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), CommandError> {
     let mut settings = Settings::default();
-    settings.quality = args.quality.into();
-    settings.edges = args.edges.edges();
-    settings.expand = args.expand.into();
+    args.knobs.put(&mut settings)?;
     if args.residual.is_some() {
         // The residual is the rest of a render of the plate's own pixels with mirrored edges.
         settings.edges = settings.edges.or(Some(Edges::Mirror));
         settings.expand = Expand::Never;
     }
     settings.occlusion = args.occlusion.settings();
-    let settings_occlusion = settings.occlusion;
     let look = LookUse::ThisLens(&args.look);
     let reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
-    let holdout = args.occlusion.holdout()?;
-    let background = args.background.source();
-    if args.background.is_used() && settings_occlusion.is_none() {
-        return Err(CommandError::Usage(
-            "--background needs occlusion: leave out --occlusion off".to_owned(),
-        ));
-    }
+    args.occlusion.check()?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: (reader.depth_pattern().into_iter())
-            .chain(holdout.file_patterns())
-            .chain(background.file_patterns())
-            .map(Path::new)
-            .chain(args.residual.as_deref())
-            .chain(args.look.files())
-            .collect(),
+        read: SideInputs {
+            depth: args.shared.depth.depth.clone(),
+            residual: args.residual.clone(),
+            aperture_picture: args.look.files().next().map(Path::to_owned),
+            ..args.occlusion.side_inputs()
+        },
         written: Vec::new(),
         lenses: vec![("Lens", &args.lens)],
     };
@@ -218,8 +123,6 @@ pub(super) fn run(
     let job = Job {
         args,
         reader: &reader,
-        holdout: &holdout,
-        background: &background,
         run: &run,
     };
     run.process(&job, console)

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
+use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
 use seidel_core::field::FieldPoint;
 use seidel_core::optics::BlurField;
 use seidel_core::predict::Predictor;
@@ -139,7 +139,10 @@ pub(super) fn run(
         || {
             fit_pupil(
                 std::slice::from_ref(&measured),
-                &PupilSettings::default(),
+                &PupilSettings {
+                    model: PupilModel::Reduced,
+                    ..PupilSettings::default()
+                },
                 &|share| bar.show(share),
             )
         },

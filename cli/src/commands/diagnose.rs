@@ -8,15 +8,15 @@ pub mod self_test;
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use rayon::ThreadPool;
-use seidel_core::Lens;
 use seidel_core::calibrate::diagnose::{Diagnosis, PlacedPictures, Settings, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
+use seidel_core::{Lens, ObjectDistance};
 
-use super::{CommandError, short_name, thread_pool};
+use super::{CommandError, parse_distance, short_name, thread_pool};
 use crate::Console;
 use crate::progress::ProgressArgs;
 use crate::report::{self, Subject};
@@ -31,6 +31,7 @@ use self_test::SelfTestArgs;
 
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("pictures").args(["photo", "reference"])))]
 pub struct DiagnoseArgs {
     /// Lens profile or library:NAME, modelled ray by ray (fit --model reduced or extended)
     #[arg(long, required_unless_present_any = ["schema", "self_test"])]
@@ -48,6 +49,10 @@ pub struct DiagnoseArgs {
     /// a lens fitted with --use-all, which held no PSFs out
     #[arg(long, value_name = "SET", conflicts_with_all = ["schema", "self_test"])]
     design: Option<PathBuf>,
+    /// Distance of the lights or of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
+    #[arg(long = "distance", aliases = ["distance-m", "depth-m"], value_name = "METRES", value_delimiter = ',',
+        value_parser = parse_distance, requires = "pictures")]
+    distances: Vec<ObjectDistance>,
     /// Try no pairs of effects: faster
     #[arg(long)]
     no_pairs: bool,
@@ -170,9 +175,10 @@ impl DiagnoseArgs {
             };
         };
         let lens = Lens::new(lens.clone()).map_err(|e| FileError::from_core(lens_path, e))?;
-        let found = self
-            .pair
-            .diagnose(sharp, blurred, &lens, lens_path, &settings, pool, console)?;
+        let distance = self.distance_of_pair()?;
+        let found = self.pair.diagnose(
+            sharp, blurred, &lens, lens_path, distance, &settings, pool, console,
+        )?;
         let estimate = found.estimate;
         let (count, name) = (estimate.set.observations.len(), short_name(blurred));
         let mut remarks = vec![format!(
@@ -192,6 +198,17 @@ impl DiagnoseArgs {
         })
     }
 
+    /// Returns the distance of the scene of the picture pair.
+    fn distance_of_pair(&self) -> Result<ObjectDistance, CommandError> {
+        match self.distances[..] {
+            [] => Ok(ObjectDistance::Unknown),
+            [distance] => Ok(distance),
+            _ => Err(CommandError::Usage(
+                "--distance gives several distances; a picture pair has one".to_owned(),
+            )),
+        }
+    }
+
     /// Reads the observation set, or measures one in photographs.
     fn read_source(
         &self,
@@ -201,7 +218,8 @@ impl DiagnoseArgs {
     ) -> Result<Source, CommandError> {
         if let Some(first) = self.photo.photo.first() {
             let encoding = self.pair.encoding;
-            let measured = self.photo.measure(lens, lens_path, encoding, console)?;
+            let measured =
+                (self.photo).measure(lens, lens_path, &self.distances, encoding, console)?;
             return Ok(Source {
                 set: measured.set,
                 pictures: None,
@@ -266,7 +284,7 @@ impl DiagnoseArgs {
         let Some(pictures) = source.pictures.as_ref().filter(|_| self.pair.plate_gap) else {
             return Ok(None);
         };
-        let distance = self.pair.distance();
+        let distance = self.distance_of_pair()?;
         let corrected = &diagnosis.corrected;
         PlateGapMaps::render(pictures, lens, corrected, distance, pool, console).map(Some)
     }

@@ -10,6 +10,7 @@ mod eval;
 mod fit;
 mod help;
 mod info;
+mod knobs;
 mod lens;
 mod lut;
 mod man;

@@ -10,7 +10,7 @@ use clap::Args;
 use seidel_core::{Edges, Settings};
 
 use super::CommandError;
-use super::plates::{Files, LookArgs, LookUse, PlateCommandArgs, PlateReader};
+use super::plates::{Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SideInputs};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -55,9 +55,11 @@ pub(super) fn run(
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: (from.depth_pattern().into_iter().map(Path::new))
-            .chain(args.look.files())
-            .collect(),
+        read: SideInputs {
+            depth: shared.depth.depth.clone(),
+            aperture_picture: look.files().next().map(Path::to_owned),
+            ..SideInputs::default()
+        },
         written: Vec::new(),
         lenses: vec![("FromLens", &args.from), ("ToLens", &args.to)],
     };

@@ -6,11 +6,9 @@ use clap::Args;
 use seidel_core::render::remove::SharpPlane;
 use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_bytes};
 
-use super::CommandError;
 use super::plates::{FrameFiles, LoadedPlate, PlateReader, Run};
+use super::{CommandError, knobs};
 use lens_check::{LensCheck, OnMismatch};
-use seidel_image_io::error::FileError;
-use seidel_image_io::plate::Plate;
 
 pub(super) use lens_check::Task;
 
@@ -43,10 +41,7 @@ pub(super) struct RemovalArgs {
 }
 
 fn parse_noise(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse::<f64>().ok();
-    number
-        .filter(|v| v.is_finite() && *v >= 0.0)
-        .ok_or_else(|| "give a standard deviation of zero or more, such as 0.004".to_owned())
+    knobs::parse("noise", text)
 }
 
 fn parse_clip(text: &str) -> Result<Saturation, String> {
@@ -70,21 +65,6 @@ pub(super) struct Removal<'a> {
 }
 
 impl RemovalArgs {
-    /// Rejects a number of noise levels that is neither one nor that of the plate's colours.
-    fn check_noise(&self, plate: &Plate) -> Result<(), CommandError> {
-        let names = plate.colour_names();
-        if self.noise.len() <= 1 || self.noise.len() == names.len() {
-            return Ok(());
-        }
-        Err(FileError::new(
-            plate.path(),
-            "--noise",
-            format!("has {} values", self.noise.len()),
-            format!("give one for all, or one each for {}", names.join(", ")),
-        )
-        .into())
-    }
-
     /// Returns the settings of a removal.
     pub(super) fn settings(&self) -> RemovalSettings {
         RemovalSettings {
@@ -152,10 +132,11 @@ impl<'a> Removal<'a> {
         &self.run.frames()[index]
     }
 
-    /// Reads the plate of the frame at `index`.
+    /// Reads the plate of the frame at `index`, with all images beside it.
     pub(super) fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        let loaded = self.reader.read(self.frame(index), index)?;
-        self.args.check_noise(&loaded.plate)?;
+        let frame = self.frame(index);
+        let mut loaded = self.reader.read(frame, index)?;
+        self.reader.add_side_images(&frame.read, &mut loaded)?;
         Ok(loaded)
     }
 

@@ -1,23 +1,24 @@
 //! `seidel remove`: removes the blur of the lens that a plate was taken with.
 
-mod background;
 mod frame;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 
-use seidel_core::{Edges, Grain, RemovalSettings, Settings};
+use seidel_core::{Edges, Settings};
 
 use super::CommandError;
-use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader};
+use super::knobs::RemoveKnobs;
+use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader, SideInputs, channel_parser};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
-use background::BackgroundArgs;
 use frame::Job;
 use seidel_image_io::formats::exr;
+use seidel_image_io::image_channel::ChannelSpec;
 
 /// Options of `seidel remove`.
 #[derive(Debug, Args)]
@@ -27,16 +28,19 @@ pub struct RemoveArgs {
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
+    /// The plate without its foreground (a clean plate), through the same lens, or a frame pattern: blur is removed from the
+    /// edges of the foreground too, which keep theirs otherwise
+    ///
+    /// Its depth is its own Z channel or --background-depth, with the meaning of the plate's.
+    #[arg(long, help_heading = "Depth", value_name = "FILE", conflicts_with = "only_chroma", value_parser = NonEmptyStringValueParser::new())]
+    background: Option<String>,
+    /// Depth pass of the background, or a frame pattern
+    #[arg(long, help_heading = "Depth", value_name = "FILE[:CHANNEL]", requires = "background", value_parser = channel_parser())]
+    background_depth: Option<ChannelSpec>,
     #[command(flatten)]
     removal: RemovalArgs,
-    /// Mix of the plate and the sharp image, 0 to 1: 0 leaves the plate unchanged
-    #[arg(long, help_heading = "Look", value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
-    strength: f64,
-    /// Grain of the sharp image
-    #[arg(long, value_enum, help_heading = "Look", default_value_t = GrainChoice::Keep)]
-    grain: GrainChoice,
+    #[command(flatten)]
+    knobs: RemoveKnobs,
     /// Take off colour fringes only: give each colour the blur of the colour whose blur is of middle size
     ///
     /// Lateral and axial colour go; the plate does not become sharper. The lens is not checked.
@@ -60,31 +64,6 @@ pub struct RemoveArgs {
     /// Map of the amplification of noise to write, one channel per colour (OpenEXR; a frame pattern if OUT is one)
     #[arg(long, help_heading = "Output", value_name = "FILE")]
     noise_gain: Option<PathBuf>,
-}
-
-/// The grain of the sharp image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum GrainChoice {
-    /// The grain of the plate
-    Keep,
-    /// That of the solution, which has hardly any
-    Solved,
-}
-
-impl From<GrainChoice> for Grain {
-    fn from(choice: GrainChoice) -> Self {
-        match choice {
-            GrainChoice::Keep => Self::Keep,
-            GrainChoice::Solved => Self::Solved,
-        }
-    }
-}
-
-fn parse_share(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok();
-    number
-        .filter(|v| (0.0..=1.0).contains(v))
-        .ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
 impl RemoveArgs {
@@ -116,33 +95,26 @@ pub(super) fn run(
     let mut settings = Settings::default();
     // Those of the removal itself, which the residual is measured against.
     settings.edges = Some(Edges::Mirror);
-    settings.removal = RemovalSettings {
-        strength: args.strength,
-        grain: args.grain.into(),
-        ..args.removal.settings()
-    };
+    settings.removal = args.removal.settings();
+    args.knobs.put(&mut settings)?;
     let reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
-    let background = args.background.source();
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: (reader.depth_pattern().into_iter())
-            .chain(background.file_patterns())
-            .map(Path::new)
-            .collect(),
+        read: SideInputs {
+            depth: args.shared.depth.depth.clone(),
+            background: args.background.as_ref().map(PathBuf::from),
+            background_depth: args.background_depth.clone(),
+            ..SideInputs::default()
+        },
         written: args.side_files(),
         lenses: vec![("Lens", &args.lens)],
     };
     let run = (args.shared.run).begin("removing blur", &files, command_line, console)?;
-    for path in run.frames().iter().flat_map(|frame| &frame.written) {
+    for (_, path) in run.frames().iter().flat_map(|frame| &frame.written) {
         exr::FORMAT.check_name(path)?;
     }
     reader.check_animation(&run)?;
     let removal = Removal::new(&args.removal, &reader, &run, Task::Remove);
-    let job = Job {
-        args,
-        removal,
-        background: &background,
-    };
-    run.process(&job, console)
+    run.process(&Job { args, removal }, console)
 }

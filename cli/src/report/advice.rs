@@ -35,7 +35,7 @@ pub(super) fn advice(d: &Diagnosis) -> Vec<Advice> {
         title: sentence(title(id)),
         meaning: meaning(id).to_owned(),
         amount: amount(d, id),
-        action: action(id).to_owned(),
+        action: action(id),
     };
     too_simple
         .into_iter()

@@ -5,6 +5,7 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::effects::FittedValue;
 
 use crate::pictures::{decimals, significant};
+use crate::terms::with_options;
 
 /// Keeps a number and its unit on one line.
 const SPACE: char = '\u{a0}';
@@ -140,8 +141,8 @@ pub(super) fn meaning(id: &str) -> &'static str {
 }
 
 /// Returns the advice on what to do about an effect.
-pub(super) fn action(id: &str) -> &'static str {
-    cause_words(id).action
+pub(super) fn action(id: &str) -> String {
+    with_options(cause_words(id).action)
 }
 
 /// Joins names as `a`, `a and b`, or `a, b and c`, with `last` for the conjunction.

@@ -116,9 +116,9 @@ impl CapturedLens {
         };
         if near <= far && self.count > 1 {
             return Err(Error::new(
-                "--near-m",
+                "near_m",
                 "is not nearer than the farthest distance",
-                "give --near-m smaller than --far-m",
+                "give a nearest distance below the farthest",
             ));
         }
         let step = (near - far) / (self.count.max(2) - 1) as f64;
@@ -156,11 +156,11 @@ impl CapturedLens {
     fn check(&self) -> Result<()> {
         let near = self.near_m.unwrap_or(1.0);
         let values = [
-            ("--focal-mm", self.focal_mm),
-            ("--f-number", self.f_number),
-            ("--pitch-um", self.pitch_um),
-            ("--sensor-mm", self.sensor_mm[0].min(self.sensor_mm[1])),
-            ("--near-m", near),
+            ("focal_mm", self.focal_mm),
+            ("f_number", self.f_number),
+            ("pitch_um", self.pitch_um),
+            ("sensor_mm", self.sensor_mm[0].min(self.sensor_mm[1])),
+            ("near_m", near),
         ];
         for (name, value) in values {
             if !(value.is_finite() && value > 0.0) {
@@ -173,7 +173,7 @@ impl CapturedLens {
         }
         // Not finite means infinity.
         let nearest = 2.0 * self.focal_mm / 1000.0;
-        for (name, value) in [("--focus-m", self.focus_m), ("--far-m", self.far_m)] {
+        for (name, value) in [("focus_m", self.focus_m), ("far_m", self.far_m)] {
             if value.is_nan() || value <= nearest {
                 return Err(Error::new(
                     name,
@@ -184,13 +184,13 @@ impl CapturedLens {
         }
         if self.near_m.is_some() && near <= nearest {
             return Err(Error::new(
-                "--near-m",
+                "near_m",
                 format!("is within twice the focal length, {nearest} m"),
                 "give a distance in metres from the entrance pupil",
             ));
         }
         if !COUNT_RANGE.contains(&self.count) {
-            return Err(Error::new("--count", "is out of range", "give 1 to 12"));
+            return Err(Error::new("count", "is out of range", "give 1 to 12"));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use seidel_core::{LensSession, Plate};
 
 use crate::host::{Call, Failure, ParameterValue, Result, show_information};
-use crate::knobs::{Knobs, lens};
+use crate::knobs::{Knobs, lens, named};
 use crate::plate_image::PlateImage;
 use crate::rendering::{Frame, Inputs, Source};
 use crate::settings::{HostQuality, chosen_lens, plate_geometry, settings};
@@ -46,7 +46,7 @@ fn result(call: &Call) -> Result<Option<String>> {
     }
     let encoding = source.encoding(call, &knobs)?;
     let image = source.read(&knobs, frame.map, frame.extent, encoding.as_ref())?;
-    let geometry = plate_geometry(&knobs, frame.scale, frame.format, frame.extent);
+    let geometry = plate_geometry(&settings, frame.scale, frame.format, frame.extent);
     let plate = Plate::new(image)
         .with_geometry(geometry)
         .with_depth(inputs.depth(&knobs, &profile, frame.scale, &geometry)?);
@@ -59,8 +59,8 @@ fn result(call: &Call) -> Result<Option<String>> {
 fn conclusion(call: &Call, knobs: &Knobs, share: f64) -> String {
     let percent = 100.0 * share;
     if share < 1.0 {
-        let amount = knobs.number(&lens::AMOUNT) * share;
-        let change = (lens::AMOUNT.name, ParameterValue::Double(amount));
+        let amount = knobs.number(named("amount")) * share;
+        let change = (named("amount").name, ParameterValue::Double(amount));
         call.effect.parameters().set(c"Check Lens", &[change]);
         format!(
             "The plate shows about {percent:.0} % of the lens's blur, so Amount is {amount:.3} now: to remove more would \

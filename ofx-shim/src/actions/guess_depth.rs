@@ -33,7 +33,7 @@ fn result(call: &Call) -> Result<Option<String>> {
     let inputs = Inputs::fetch(call, &knobs, &profile, frame.map)?;
     let settings = settings(&knobs, &profile, frame.scale, HostQuality::Full)?;
     let session = LensSession::new(&profile, &settings)?;
-    let geometry = plate_geometry(&knobs, frame.scale, frame.format, frame.extent);
+    let geometry = plate_geometry(&settings, frame.scale, frame.format, frame.extent);
     let pass = inputs.depth(&knobs, &profile, frame.scale, &geometry)?;
     let prepared = PreparedDepth::new(&session, &geometry, pass)?;
     let Some(pass) = prepared.pass() else {

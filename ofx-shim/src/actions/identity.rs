@@ -2,7 +2,7 @@
 
 use super::{Answer, persistent_message};
 use crate::host::{Call, Result};
-use crate::knobs::{Knobs, lens, output, remove};
+use crate::knobs::{Knobs, lens, named, output};
 use crate::sys::effect::CLIP_SOURCE;
 use crate::sys::property::{NAME, TIME};
 
@@ -26,6 +26,6 @@ pub(super) fn is_identity(knobs: &Knobs) -> bool {
     }
     let mode = knobs.choice(&lens::MODE);
     knobs.number(&output::MIX) == 0.0
-        || knobs.number(&lens::AMOUNT) == 0.0
-        || (mode == lens::REMOVE && knobs.number(&remove::STRENGTH) == 0.0)
+        || knobs.number(named("amount")) == 0.0
+        || (mode == lens::REMOVE && knobs.number(named("strength")) == 0.0)
 }

@@ -10,7 +10,7 @@ use crate::clips::MASK;
 use crate::geometry::{PixelMap, intersection};
 use crate::host::{Call, Failure, Image, Result};
 use crate::interleaved::Interleaved;
-use crate::knobs::{Knobs, focus, lens, output, remove};
+use crate::knobs::{Knobs, lens, named, output, remove};
 use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
@@ -19,7 +19,7 @@ use crate::rendering::{
     tint_by_focus,
 };
 use crate::settings::{
-    HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look_with, settings,
+    HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look, settings,
 };
 use crate::sys::effect::{CLIP_OUTPUT, QUALITY_DRAFT, THUMBNAIL};
 use crate::sys::plugin::STATUS_ERR_IMAGE_FORMAT;
@@ -122,7 +122,7 @@ impl Render<'_, '_> {
         let output = knobs.choice(&output::OUTPUT);
         if output == output::FOCAL_PLANE {
             let focus = focus_vergence_per_m(knobs, &profile)?;
-            let range = FocusRange::new(focus, knobs.number(&focus::DEPTH_OF_FIELD));
+            let range = FocusRange::new(focus, knobs.number(named("depth-of-field")));
             let vergences = inputs.vergences_per_m(knobs);
             let (result, source) = (&self.result, &self.original);
             let outcome = tint_by_focus(effect, result, source, window, range, vergences)?;
@@ -131,8 +131,13 @@ impl Render<'_, '_> {
         let session = self.session(&profile)?;
         if output == output::PSF_GRID {
             let lens = KernelSource {
+                geometry: plate_geometry(
+                    session.settings(),
+                    frame.scale,
+                    frame.format,
+                    frame.format,
+                ),
                 session,
-                geometry: plate_geometry(knobs, frame.scale, frame.format, frame.format),
             };
             let vergence = inputs.vergence_per_m(knobs);
             let outcome = draw_psf_grid(effect, &lens, &self.result, window, vergence)?;
@@ -151,7 +156,7 @@ impl Render<'_, '_> {
         if effect.is_aborted() {
             return Ok(Outcome::Aborted);
         }
-        let geometry = plate_geometry(knobs, frame.scale, frame.format, frame.extent);
+        let geometry = plate_geometry(session.settings(), frame.scale, frame.format, frame.extent);
         let depth = inputs.depth(knobs, &profile, frame.scale, &geometry)?;
         if effect.is_aborted() {
             return Ok(Outcome::Aborted);
@@ -232,7 +237,8 @@ impl Render<'_, '_> {
             _ if mode == lens::RELENS => {
                 let profile = chosen_lens(self.knobs, &lens::TO_LENS, &lens::TO_PROFILE)?;
                 let mut settings = self.settings(&profile)?;
-                put_look_with(self.knobs, &profile, self.aperture()?, &mut settings)?;
+                put_look(self.knobs, &profile, self.frame.scale, &mut settings)?;
+                settings.look.picture = self.aperture()?;
                 let session = LensSession::new(&profile, &settings)?;
                 Ok(Task::Relens(Arc::new(session)))
             }
@@ -244,7 +250,7 @@ impl Render<'_, '_> {
     fn session(&self, profile: &Lens) -> Result<Arc<LensSession>> {
         let mut settings = self.settings(profile)?;
         if self.knobs.choice(&lens::MODE) == lens::APPLY {
-            put_look_with(self.knobs, profile, self.aperture()?, &mut settings)?;
+            settings.look.picture = self.aperture()?;
         }
         Ok(Arc::new(LensSession::new(profile, &settings)?))
     }

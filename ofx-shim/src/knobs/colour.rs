@@ -1,6 +1,6 @@
 //! The colour group: encoding and colour space of the source.
 
-use super::{Group, Kind, Knob};
+use super::{Group, Kind, Knob, Own};
 
 /// Source encoding: scene-linear.
 pub(crate) const LINEAR: i32 = 0;
@@ -74,7 +74,13 @@ pub(crate) static GROUP: Group = Group {
     name: c"colourGroup",
     label: c"Colour",
     open: false,
-    knobs: &[&SOURCE_ENCODING, &CONFIG, &SOURCE_SPACE, &WORKING_SPACE],
+    own: &[
+        Own::first(&SOURCE_ENCODING),
+        Own::first(&CONFIG),
+        Own::first(&SOURCE_SPACE),
+        Own::first(&WORKING_SPACE),
+    ],
+    table: None,
 };
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ pub(crate) fn declare(effect: &Effect) {
     let parameters = effect.parameters();
     for group in ALL {
         let has_group = declare_group(&parameters, group);
-        for knob in group.knobs {
+        for knob in group.knobs() {
             let Some(properties) = parameters.define(type_of(knob), knob.name) else {
                 // The host does not know the type: the knob stays at its default.
                 continue;
@@ -44,7 +44,7 @@ pub(crate) fn declare(effect: &Effect) {
     }
     if let Some(page) = parameters.define(p::TYPE_PAGE, PAGE) {
         set_labels(&page, PAGE);
-        let knobs = ALL.iter().flat_map(|group| group.knobs);
+        let knobs = ALL.iter().flat_map(|group| group.knobs());
         for (index, knob) in knobs.enumerate() {
             page.set_string(p::PAGE_CHILD, index as i32, knob.name);
         }

@@ -1,6 +1,6 @@
 //! The depth group: the depth pass and its convention.
 
-use super::{Group, Kind, Knob};
+use super::{Group, Kind, Knob, Own};
 
 pub(crate) static USE_DEPTH: Knob = Knob {
     name: c"useDepth",
@@ -150,15 +150,16 @@ pub(crate) static GROUP: Group = Group {
     name: c"depthGroup",
     label: c"Depth",
     open: true,
-    knobs: &[
-        &USE_DEPTH,
-        &CHANNEL,
-        &MATH,
-        &UNIT,
-        &UNIT_MULTIPLIER,
-        &NEAR,
-        &FAR,
-        &DISTANCE,
-        &RAY_FOCAL,
+    own: &[
+        Own::first(&USE_DEPTH),
+        Own::first(&CHANNEL),
+        Own::first(&MATH),
+        Own::first(&UNIT),
+        Own::first(&UNIT_MULTIPLIER),
+        Own::first(&NEAR),
+        Own::first(&FAR),
+        Own::first(&DISTANCE),
+        Own::first(&RAY_FOCAL),
     ],
+    table: None,
 };

@@ -1,6 +1,8 @@
 //! The focus group: the focus plane, and the growth of blur before and behind it.
 
-use super::{Group, Kind, Knob};
+use seidel_core::HostGroup;
+
+use super::{Group, Kind, Knob, Own};
 
 /// Focus: as measured.
 pub(crate) const AS_MEASURED: i32 = 0;
@@ -54,66 +56,15 @@ pub(crate) static POINT: Knob = Knob {
     },
 };
 
-pub(crate) static DEPTH_OF_FIELD: Knob = Knob {
-    name: c"dof",
-    label: c"Depth of Field",
-    hint: c"Range around the focus plane, in metres, in which everything is as sharp as in it.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (0.0, 1e6),
-        slider: (0.0, 10.0),
-        digits: 3,
-    },
-};
-
-pub(crate) static FRONT: Knob = Knob {
-    name: c"front",
-    label: c"Front Multiplier",
-    hint: c"Factor on the growth of blur in front of the focus plane.",
-    kind: Kind::Number {
-        default: 1.0,
-        range: (0.0, 100.0),
-        slider: (0.0, 2.0),
-        digits: 3,
-    },
-};
-
-pub(crate) static BACK: Knob = Knob {
-    name: c"back",
-    label: c"Back Multiplier",
-    hint: c"Factor on the growth of blur behind the focus plane.",
-    kind: Kind::Number {
-        default: 1.0,
-        range: (0.0, 100.0),
-        slider: (0.0, 2.0),
-        digits: 3,
-    },
-};
-
-pub(crate) static MAX_SIZE: Knob = Knob {
-    name: c"maxSize",
-    label: c"Maximum",
-    hint: c"Largest blur: the radius of a uniform disc, in pixels at full resolution. 0: no limit.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (0.0, 10000.0),
-        slider: (0.0, 256.0),
-        digits: 1,
-    },
-};
-
 pub(crate) static GROUP: Group = Group {
     name: c"focusGroup",
     label: c"Focus",
     open: true,
-    knobs: &[
-        &FOCUS,
-        &DISTANCE,
-        &PLANE,
-        &POINT,
-        &DEPTH_OF_FIELD,
-        &FRONT,
-        &BACK,
-        &MAX_SIZE,
+    own: &[
+        Own::first(&FOCUS),
+        Own::first(&DISTANCE),
+        Own::first(&PLANE),
+        Own::first(&POINT),
     ],
+    table: Some(HostGroup::Focus),
 };

@@ -2,7 +2,9 @@
 
 use std::ffi::CStr;
 
-use super::{Group, Kind, Knob};
+use seidel_core::HostGroup;
+
+use super::{Group, Kind, Knob, Own};
 use crate::lens::built_in;
 
 /// Mode: apply blur.
@@ -81,18 +83,6 @@ pub(crate) static TO_PROFILE: Knob = Knob {
     kind: Kind::File,
 };
 
-pub(crate) static AMOUNT: Knob = Knob {
-    name: c"amount",
-    label: c"Amount",
-    hint: c"Strength of blur and displacement: 0 leaves the plate unchanged, 1 is as measured.",
-    kind: Kind::Number {
-        default: 1.0,
-        range: (0.0, 16.0),
-        slider: (0.0, 2.0),
-        digits: 3,
-    },
-};
-
 /// A factor on the strength of the blur of one channel.
 const fn scale(name: &'static CStr, label: &'static CStr, hint: &'static CStr) -> Knob {
     Knob {
@@ -126,52 +116,6 @@ pub(crate) static BLUE_SCALE: Knob = scale(
     c"Strength of the blur of blue, times Amount. For lenses with a blue channel.",
 );
 
-pub(crate) static F_STOP: Knob = Knob {
-    name: c"fStop",
-    label: c"F Stop",
-    hint: c"f-number to stop the lens down to. 0: as measured. For lenses fitted ray by ray.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (0.0, 256.0),
-        slider: (0.0, 22.0),
-        digits: 2,
-    },
-};
-
-pub(crate) static FOCAL_LENGTH: Knob = Knob {
-    name: c"focalLength",
-    label: c"Focal Length",
-    hint: c"Focal length of the shot's camera, in millimetres: the lens and its frame are scaled to it; F Stop and focus stay. 0: as measured. For lenses fitted ray by ray.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (0.0, 10000.0),
-        slider: (0.0, 300.0),
-        digits: 1,
-    },
-};
-
-pub(crate) static SENSOR_SHIFT: Knob = Knob {
-    name: c"sensorShift",
-    label: c"Sensor Shift",
-    hint: c"Distance by which the sensor moves away from the lens, in micrometres. For lenses fitted ray by ray.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (-1e5, 1e5),
-        slider: (-200.0, 200.0),
-        digits: 1,
-    },
-};
-
-pub(crate) static GEOMETRY: Knob = Knob {
-    name: c"geometry",
-    label: c"Geometry",
-    hint: c"None: blur only. Lateral: blur and lateral colour. Full: blur, lateral colour and distortion.",
-    kind: Kind::Choice {
-        default: 1,
-        options: &[c"None", c"Lateral", c"Full"],
-    },
-};
-
 /// Lens frame: on the project's format.
 pub(crate) const FRAME_PROJECT: i32 = 0;
 
@@ -182,30 +126,6 @@ pub(crate) static FRAME: Knob = Knob {
     kind: Kind::Choice {
         default: FRAME_PROJECT,
         options: &[c"Project Format", c"Source Extent"],
-    },
-};
-
-pub(crate) static LENS_SCALE: Knob = Knob {
-    name: c"lensScale",
-    label: c"Lens Scale",
-    hint: c"Plate pixels per pixel of the lens's frame, at full resolution. 0: the format is as wide as the frame.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (0.0, 1000.0),
-        slider: (0.0, 4.0),
-        digits: 4,
-    },
-};
-
-pub(crate) static FILM_BACK: Knob = Knob {
-    name: c"filmBack",
-    label: c"Film Back",
-    hint: c"Width of the sensor that the format shows, in millimetres: 36 for full frame, 24.9 for Super 35. A smaller sensor crops the lens's frame. 0: Lens Scale counts.",
-    kind: Kind::Number {
-        default: 0.0,
-        range: (0.0, 1000.0),
-        slider: (0.0, 70.0),
-        digits: 2,
     },
 };
 
@@ -223,26 +143,20 @@ pub(crate) static GROUP: Group = Group {
     name: c"lensGroup",
     label: c"Lens",
     open: true,
-    knobs: &[
-        &MODE,
-        &LENS,
-        &PROFILE,
-        &FOLDER,
-        &RELOAD,
-        &RELOADS,
-        &TO_LENS,
-        &TO_PROFILE,
-        &AMOUNT,
-        &RED_SCALE,
-        &GREEN_SCALE,
-        &BLUE_SCALE,
-        &FOCAL_LENGTH,
-        &F_STOP,
-        &SENSOR_SHIFT,
-        &GEOMETRY,
-        &FRAME,
-        &LENS_SCALE,
-        &FILM_BACK,
-        &AXIS_OFFSET,
+    own: &[
+        Own::first(&MODE),
+        Own::first(&LENS),
+        Own::first(&PROFILE),
+        Own::first(&FOLDER),
+        Own::first(&RELOAD),
+        Own::first(&RELOADS),
+        Own::first(&TO_LENS),
+        Own::first(&TO_PROFILE),
+        Own::after("amount", &RED_SCALE),
+        Own::after("amount", &GREEN_SCALE),
+        Own::after("amount", &BLUE_SCALE),
+        Own::after("geometry", &FRAME),
+        Own::after("film-back-mm", &AXIS_OFFSET),
     ],
+    table: Some(HostGroup::Lens),
 };

@@ -1,9 +1,11 @@
-//! The knobs, which OpenFX calls parameters: one table per group, their declaration and their values.
+//! The knobs, which OpenFX calls parameters: those of the core's table, and the node's own, by group; their declaration and
+//! their values.
 //!
 //! Projects store names and the indices of options. Names and the order of options therefore never change, and new
 //! options go to the end.
 
 pub(crate) mod colour;
+mod core;
 mod declare;
 pub(crate) mod depth;
 pub(crate) mod focus;
@@ -14,10 +16,13 @@ pub(crate) mod remove;
 pub(crate) mod render;
 mod values;
 
+pub(crate) use core::{named, table};
 pub(crate) use declare::declare;
 pub(crate) use values::Knobs;
 
 use std::ffi::CStr;
+
+use seidel_core::HostGroup;
 
 /// The type of a knob, with its default.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +69,45 @@ pub(crate) struct Group {
     pub(crate) name: &'static CStr,
     pub(crate) label: &'static CStr,
     pub(crate) open: bool,
-    pub(crate) knobs: &'static [&'static Knob],
+    /// The node's own knobs.
+    pub(crate) own: &'static [Own],
+    /// The group of the core's table whose knobs stand here, too.
+    pub(crate) table: Option<HostGroup>,
+}
+
+/// A knob of the node's own.
+pub(crate) struct Own {
+    /// The name in the core's table of the knob before it; empty for the top of the group.
+    pub(crate) after: &'static str,
+    pub(crate) knob: &'static Knob,
+}
+
+impl Own {
+    /// A knob at the top of its group.
+    pub(crate) const fn first(knob: &'static Knob) -> Self {
+        Self { after: "", knob }
+    }
+
+    /// A knob after the one that the core's table calls `after`.
+    pub(crate) const fn after(after: &'static str, knob: &'static Knob) -> Self {
+        Self { after, knob }
+    }
+}
+
+impl Group {
+    /// Returns the knobs in the order in which hosts show them.
+    pub(crate) fn knobs(&self) -> Vec<&'static Knob> {
+        let own_after = |name: &'static str| {
+            let own = self.own.iter().filter(move |own| own.after == name);
+            own.map(|own| own.knob)
+        };
+        let mut knobs: Vec<_> = own_after("").collect();
+        for (row, knob) in core::knobs_of(self.table) {
+            knobs.push(knob);
+            knobs.extend(own_after(row.name));
+        }
+        knobs
+    }
 }
 
 /// All groups, in the order in which hosts show them.
@@ -91,7 +134,7 @@ mod tests {
         let mut found = String::new();
         for group in ALL {
             found += &format!("{}\n", text(group.name));
-            for knob in group.knobs {
+            for knob in group.knobs() {
                 let kind = match knob.kind {
                     Kind::Number { default, .. } => format!("number = {default}"),
                     Kind::Pair { default, .. } => format!("pair = {default:?}"),
@@ -113,7 +156,7 @@ mod tests {
         let mut names = BTreeSet::new();
         for group in ALL {
             assert!(names.insert(group.name), "{:?}", group.name);
-            for knob in group.knobs {
+            for knob in group.knobs() {
                 assert!(names.insert(knob.name), "{:?}", knob.name);
                 assert!(!knob.label.to_bytes().contains(&b'-'), "{:?}", knob.label);
                 match knob.kind {

@@ -1,6 +1,6 @@
 //! The output group: what is rendered, mask and mix.
 
-use super::{Group, Kind, Knob};
+use super::{Group, Kind, Knob, Own};
 
 /// Output: the blurred, sharpened or relensed plate.
 pub(crate) const RESULT: i32 = 0;
@@ -89,12 +89,13 @@ pub(crate) static GROUP: Group = Group {
     name: c"outputGroup",
     label: c"Output",
     open: true,
-    knobs: &[
-        &OUTPUT,
-        &CHANNELS,
-        &USE_MASK,
-        &MASK_INVERT,
-        &MIX,
-        &SHOW_LENS,
+    own: &[
+        Own::first(&OUTPUT),
+        Own::first(&CHANNELS),
+        Own::first(&USE_MASK),
+        Own::first(&MASK_INVERT),
+        Own::first(&MIX),
+        Own::first(&SHOW_LENS),
     ],
+    table: None,
 };

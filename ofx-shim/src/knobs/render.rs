@@ -1,67 +1,13 @@
 //! The render group: quality, edges, occlusion, holdout and alpha.
 
-use super::{Group, Kind, Knob};
+use seidel_core::HostGroup;
 
-pub(crate) static QUALITY: Knob = Knob {
-    name: c"quality",
-    label: c"Quality",
-    hint: c"Accuracy against the exact renderer, as PSNR. Draft: 45 dB, for previews. Final: 60 dB, 50 dB for lenses fitted ray by ray, for delivery. Exact: every pixel has its own kernel; slow.",
-    kind: Kind::Choice {
-        default: 1,
-        options: &[c"Draft", c"Final", c"Exact"],
-    },
-};
+use super::{Group, Kind, Knob, Own};
 
 pub(crate) static AUTO_DRAFT: Knob = Knob {
     name: c"autoDraft",
     label: c"Draft While Editing",
     hint: c"Renders in draft quality if the host requests a draft or a thumbnail.",
-    kind: Kind::Switch(true),
-};
-
-pub(crate) static EDGES: Knob = Knob {
-    name: c"edge",
-    label: c"Edges",
-    hint: c"Light beyond the edges of the plate: its mirror image, black, or the nearest pixel. Auto chooses by alpha: Mirror for full frames, Black for elements over nothing, Nearest for elements that the border cuts.",
-    kind: Kind::Choice {
-        default: 3,
-        options: &[c"Mirror", c"Black", c"Nearest", c"Auto"],
-    },
-};
-
-/// The options of [`EXPAND`].
-pub(crate) const EXPAND_AUTO: i32 = 0;
-/// As above.
-pub(crate) const EXPAND_ON: i32 = 1;
-
-pub(crate) static EXPAND: Knob = Knob {
-    name: c"expand",
-    label: c"Expand",
-    hint: c"Grows the region of definition by the reach of the blur, so that an element keeps its blurred rim. Auto: on the sides of a source with alpha that lie within the project. With a depth input the reach is that of the distances at which the lens was measured.",
-    kind: Kind::Choice {
-        default: EXPAND_AUTO,
-        options: &[c"Auto", c"On", c"Off"],
-    },
-};
-
-pub(crate) static OCCLUSION: Knob = Knob {
-    name: c"occlusion",
-    label: c"Occlusion",
-    hint: c"Near objects hide far ones where depth varies.",
-    kind: Kind::Switch(true),
-};
-
-pub(crate) static FILL_FOREGROUND: Knob = Knob {
-    name: c"fillForeground",
-    label: c"Fill Foreground",
-    hint: c"Fills the background that a blurred foreground uncovers from the background beside it.",
-    kind: Kind::Switch(true),
-};
-
-pub(crate) static BLUR_INSIDE: Knob = Knob {
-    name: c"blurInside",
-    label: c"Blur Inward",
-    hint: c"Lets the edge of a blurred foreground become transparent inside its outline too, as in a camera. Off: it only blurs outwards. This is not Blur Inside of ZDefocus.",
     kind: Kind::Switch(true),
 };
 
@@ -114,18 +60,13 @@ pub(crate) static GROUP: Group = Group {
     name: c"renderGroup",
     label: c"Render",
     open: false,
-    knobs: &[
-        &QUALITY,
-        &AUTO_DRAFT,
-        &EDGES,
-        &EXPAND,
-        &OCCLUSION,
-        &FILL_FOREGROUND,
-        &BLUR_INSIDE,
-        &USE_HOLDOUT,
-        &HOLDOUT_CHANNEL,
-        &HOLDOUT_DEPTH,
-        &SOURCE_ALPHA,
-        &SCRUB,
+    own: &[
+        Own::after("quality", &AUTO_DRAFT),
+        Own::after("blur-inside", &USE_HOLDOUT),
+        Own::after("blur-inside", &HOLDOUT_CHANNEL),
+        Own::after("blur-inside", &HOLDOUT_DEPTH),
+        Own::after("blur-inside", &SOURCE_ALPHA),
+        Own::after("blur-inside", &SCRUB),
     ],
+    table: Some(HostGroup::Render),
 };

@@ -1,7 +1,11 @@
 //! Values of the knobs of an instance.
 
+use seidel_core::{HostGroup, KnobKind, Settings, Unit};
+
+use super::core::knobs_of;
 use super::{Kind, Knob};
-use crate::host::{Effect, ParameterSet};
+use crate::geometry::PlateScale;
+use crate::host::{Effect, Failure, ParameterSet, Result};
 
 /// The knobs of an instance at a time. A knob that the host does not support has its default value.
 pub(crate) struct Knobs<'h> {
@@ -58,6 +62,48 @@ impl<'h> Knobs<'h> {
     pub(crate) fn text(&self, knob: &Knob) -> String {
         let value = self.parameters.string(knob.name, self.time);
         value.unwrap_or_default()
+    }
+
+    /// Writes the knobs of a group of the core's table to `settings`. Numbers of plate pixels are for a plate of this `scale`.
+    ///
+    /// # Errors
+    /// A number out of its range, by its label.
+    pub(crate) fn put(
+        &self,
+        group: HostGroup,
+        scale: PlateScale,
+        settings: &mut Settings,
+    ) -> Result<()> {
+        let mut knobs = knobs_of(Some(group));
+        knobs.try_for_each(|(row, knob)| self.put_knob(row, knob, scale, settings))
+    }
+
+    /// Writes a knob of the core's table to `settings`.
+    pub(crate) fn put_knob(
+        &self,
+        row: &seidel_core::Knob,
+        knob: &Knob,
+        scale: PlateScale,
+        settings: &mut Settings,
+    ) -> Result<()> {
+        let put = match &row.kind {
+            KnobKind::Number(number) => {
+                let value = self.number(knob);
+                let is_left_out = number.default.is_none() && value == 0.0;
+                let in_pixels = matches!(number.unit, Unit::PlatePixels | Unit::PlateScale);
+                let value = if in_pixels { value * scale.y } else { value };
+                if is_left_out {
+                    return Ok(());
+                }
+                row.put_number(value, settings)
+            }
+            KnobKind::Choice(_) => row.put_index(self.choice(knob) as usize, settings),
+            KnobKind::Switch(_) => row.put_index(usize::from(self.is_on(knob)), settings),
+        };
+        put.map_err(|e| {
+            let label = knob.label.to_string_lossy();
+            Failure::failed(format!("{label}: {}; {}", e.problem, e.remedy))
+        })
     }
 
     /// Returns an integer that is not shown.

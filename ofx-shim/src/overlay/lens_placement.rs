@@ -44,9 +44,10 @@ impl LensPlacement {
         let lens = chosen_lens(knobs, &knob::LENS, &knob::PROFILE)?;
         let plate_scale = PlateScale::new(scale, Field::Whole);
         let format = PixelMap::new(pixels, Field::Whole).rectangle(pixels);
+        let settings = settings(knobs, &lens, plate_scale, HostQuality::Full)?;
         Ok(Some(Self {
-            settings: settings(knobs, &lens, plate_scale, HostQuality::Full)?,
-            geometry: plate_geometry(knobs, plate_scale, format, format),
+            geometry: plate_geometry(&settings, plate_scale, format, format),
+            settings,
             distance_m: plate_distance_m(knobs),
             lens,
             scale,

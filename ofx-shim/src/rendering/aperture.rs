@@ -42,13 +42,13 @@ pub(crate) fn aperture_picture(
     } else {
         &[0, 1, 2]
     };
-    let share = 1.0 / colours.len() as f32;
-    let mut samples = vec![0.0; area.width * area.height];
-    for channel in colours {
-        (samples.iter_mut().zip(read(*channel)?)).for_each(|(sum, v)| *sum += share * v);
-    }
-    if image.channels == 4 {
-        (samples.iter_mut().zip(read(ALPHA)?)).for_each(|(sample, alpha)| *sample *= alpha);
-    }
+    let colours: Vec<_> = colours
+        .iter()
+        .map(|channel| read(*channel))
+        .collect::<Result<_>>()?;
+    let colours: Vec<&[f32]> = colours.iter().map(Vec::as_slice).collect();
+    let alpha = (image.channels == 4).then(|| read(ALPHA)).transpose()?;
+    let pixels = area.width * area.height;
+    let samples = AperturePicture::transmission(pixels, &colours, alpha.as_deref());
     Ok(Some(AperturePicture::new(area.width, &samples)?))
 }

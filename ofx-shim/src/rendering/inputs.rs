@@ -11,7 +11,7 @@ use crate::clips::{DEPTH, HOLDOUT};
 use crate::depth::{DepthConversion, DepthEncoding, InputChannel};
 use crate::geometry::{PixelMap, PlateScale};
 use crate::host::{Call, Clip, Failure, Image, Result};
-use crate::knobs::{Knob, Knobs, depth, lens, render};
+use crate::knobs::{Knob, Knobs, depth, lens, named, render};
 use crate::settings::{depth_meaning, focus_vergence_per_m, plate_distance_m};
 
 /// The optional inputs of a render.
@@ -78,7 +78,7 @@ impl<'h> Inputs<'h> {
             return Ok(inputs);
         }
         if let Some(image) = image_of_input(call, knobs, HOLDOUT, &render::USE_HOLDOUT)? {
-            if !knobs.is_on(&render::OCCLUSION) {
+            if !knobs.is_on(named("occlusion")) {
                 return Err(Failure::failed(
                     "Holdout: needs Occlusion; switch that on, or Use Holdout off.",
                 ));

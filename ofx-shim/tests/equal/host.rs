@@ -483,9 +483,9 @@ impl Host {
             assert_eq!(host.perform(action, &Object::default()), 0, "{action:?}");
         }
         host.set_project(1.0);
-        host.choose("lens", 0);
+        host.choose("lens", "Lens File");
         host.set_text("profile", &LENS.to_string_lossy());
-        host.choose("toLens", 0);
+        host.choose("toLens", "Lens File");
         host.set_text("toProfile", &OTHER_LENS.to_string_lossy());
         host
     }
@@ -520,8 +520,15 @@ impl Host {
         self.set_values(name, vec![Value::Double(x), Value::Double(y)]);
     }
 
-    pub(crate) fn choose(&self, name: &str, value: c_int) {
-        self.set_values(name, vec![Value::Int(value)]);
+    /// Sets a menu to the option with this label.
+    pub(crate) fn choose(&self, name: &str, label: &str) {
+        let params = self.effect.params.lock().expect("no panic");
+        let options = params[name].properties.lock().expect("no panic");
+        let options = &options["OfxParamPropChoiceOption"];
+        let is_wanted = |option: &Value| matches!(option, Value::Text(text) if text.to_bytes() == label.as_bytes());
+        let index = options.iter().position(is_wanted);
+        let index = index.unwrap_or_else(|| panic!("{name} has no {label}: {options:?}"));
+        *params[name].value.lock().expect("no panic") = Some(vec![Value::Int(index as c_int)]);
     }
 
     pub(crate) fn set_text(&self, name: &str, value: &str) {

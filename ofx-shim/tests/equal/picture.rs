@@ -32,6 +32,21 @@ impl Picture {
         self.samples[(((y - y1) * (x2 - x1) + x - x1) * self.channels + c) as usize]
     }
 
+    /// Asserts that the samples are those of `expected`, bit for bit, in a case called `name`.
+    #[track_caller]
+    pub(crate) fn assert_same(&self, expected: &Self, name: &str) {
+        assert_eq!(self.bounds, expected.bounds, "{name}");
+        let pairs = self.samples.iter().zip(&expected.samples);
+        let different = pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+        assert_eq!(different, 0, "{name}: number of different samples");
+    }
+
+    /// Returns the largest difference of a sample from that of `other`.
+    pub(crate) fn max_difference(&self, other: &Self) -> f32 {
+        let pairs = self.samples.iter().zip(&other.samples);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    }
+
     /// Returns the number of samples per row.
     pub(crate) fn row_samples(&self) -> usize {
         ((self.bounds[2] - self.bounds[0]) * self.channels) as usize

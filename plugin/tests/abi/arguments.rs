@@ -191,11 +191,11 @@ fn invalid_members_are_refused_by_name() {
     refuses(Argument, "beside lens_scale", |s, _, _, _| {
         (s.lens_scale, s.film_back_mm) = (1.0, 36.0);
     });
-    refuses(Argument, "focal length", |s, _, _, _| {
+    refuses(Argument, "settings.focal_length_mm", |s, _, _, _| {
         s.focal_length_mm = 0.0
     });
     refuses(Argument, "strength", |s, _, _, _| s.strength = f64::NAN);
-    refuses(Argument, "front multiplier", |s, _, _, _| {
+    refuses(Argument, "settings.front_multiplier", |s, _, _, _| {
         s.front_multiplier = 99.0
     });
     refuses(Argument, "distance", |s, _, _, _| s.distance = -2.0);
@@ -217,7 +217,9 @@ fn invalid_members_are_refused_by_name() {
     refuses(SeidelStatus::Memory, "settings.memory", |s, _, _, _| {
         s.memory = 1000
     });
-    refuses(Argument, "f-number", |s, _, _, _| s.f_number = -3.0);
+    refuses(Argument, "settings.f_number", |s, _, _, _| {
+        s.f_number = -3.0
+    });
 }
 
 #[test]

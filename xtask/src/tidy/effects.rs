@@ -7,12 +7,11 @@ use crate::workspace::{TextFile, Tree};
 const PRODUCT: [&str; 5] = ["core/", "cli/", "plugin/", "ofx-shim/", "python/"];
 
 /// Identifiers that name something else in these files: a series of lens profiles, and a knob of looks.
-const OTHER_MEANINGS: [(&str, &str); 5] = [
+const OTHER_MEANINGS: [(&str, &str); 4] = [
     ("core/optics/src/profile/pupil.rs", "distortion"),
     ("ofx-shim/src/lens/built_in.rs", "distortion"),
     ("core/optics/src/profile/look.rs", "obstruction"),
-    ("cli/src/commands/plates/look.rs", "obstruction"),
-    ("ofx-shim/src/knobs/look.rs", "obstruction"),
+    ("core/src/knobs/look.rs", "obstruction"),
 ];
 
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {

@@ -11,6 +11,7 @@ mod registries;
 
 use std::path::Path;
 
+use crate::knobs;
 use crate::workspace::Tree;
 
 /// Runs `cargo xtask tidy`.
@@ -34,8 +35,18 @@ fn problems(root: &Path) -> Vec<String> {
     registries::check(&tree, &mut problems);
     effects::check(&tree, &mut problems);
     c_abi::check_header(root, &tree, &mut problems);
+    check_knobs(&tree, &mut problems);
     language::check(&tree, &mut problems);
     problems
+}
+
+/// Checks that the files that follow from the table of knobs are up to date.
+fn check_knobs(tree: &Tree, problems: &mut Vec<String>) {
+    for (path, text) in knobs::files() {
+        if text != tree.text(path) {
+            problems.push(format!("{path}: is out of date; run `cargo xtask knobs`"));
+        }
+    }
 }
 
 /// Breaches of the rules about packages.

@@ -1,5 +1,5 @@
-//! Layering that Cargo cannot enforce: the core is pure, files are opened in one place, and the sealed trial cases do
-//! not use the model that they test.
+//! Layering that Cargo cannot enforce: the core is pure and knows nothing of the command, files are opened in one place, and the
+//! sealed trial cases do not use the model that they test.
 
 use crate::workspace::{Package, TextFile, Tree};
 
@@ -13,6 +13,12 @@ const IMPURE: [&str; 7] = [
     "println!",
     "thread_local!",
 ];
+
+/// Parts of the names of types whose values change behind a shared reference.
+const INTERIOR_MUTABILITY: [&str; 6] = ["Mutex", "RwLock", "Once", "Lazy", "Cell", "Atomic"];
+
+/// Statics of the core that are computed once, from constants alone.
+const COMPUTED_CONSTANTS: [&str; 3] = ["EXACT_TAPS", "FEW_DIRECTIONS", "MORE_DIRECTIONS"];
 
 /// Packages that may contain `unsafe`: the layers between Rust and C, and their tests, the attack among them.
 const MAY_BE_UNSAFE: [&str; 6] = [
@@ -71,7 +77,35 @@ fn check_pure(tree: &Tree, package: &Package, problems: &mut Vec<String>) {
                 problems.push(format!("{}: the core must not use {name}", file.path));
             }
         }
+        if file.path.ends_with("/tests.rs") || file.path.contains("/tests/") {
+            continue;
+        }
+        let product = file.text.split("#[cfg(test)]\nmod tests {").next();
+        for (index, line) in product.unwrap_or("").lines().enumerate() {
+            if let Some(breach) = breach(line) {
+                problems.push(format!(
+                    "{}:{}: the core must not {breach}",
+                    file.path,
+                    index + 1
+                ));
+            }
+        }
     }
+}
+
+/// Returns the breach in a line of code: a static that may change, or an option or subcommand of the command.
+fn breach(line: &str) -> Option<&'static str> {
+    let code = line.trim_start();
+    let has = |words: &[&str]| words.iter().any(|word| code.contains(word));
+    let is_static = code.split(' ').take(2).any(|word| word == "static");
+    if is_static && has(&INTERIOR_MUTABILITY) && !has(&COMPUTED_CONSTANTS) {
+        return Some("keep state in a static");
+    }
+    let mut after_dashes = code.split("--").skip(1);
+    let is_option = |rest: &str| rest.starts_with(|c: char| c.is_ascii_lowercase());
+    let names_command = after_dashes.any(is_option) || code.contains("`seidel ");
+    (names_command && !code.starts_with("//"))
+        .then_some("name options of the command, as other callers see its messages too")
 }
 
 fn check_trial(file: &TextFile, problems: &mut Vec<String>) {
@@ -92,6 +126,32 @@ fn check_trial(file: &TextFile, problems: &mut Vec<String>) {
             problems.push(format!(
                 "{path}: import each module of {root} in its own `use`"
             ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn state_and_options_are_found() {
+        for line in [
+            "    static A: Mutex<u8> = Mutex::new(0);",
+            "pub static B: OnceLock<f64> = x;",
+            "\"give --near\"",
+            "\"run `seidel fit`\"",
+        ] {
+            assert!(breach(line).is_some(), "{line}");
+        }
+        for line in [
+            "pub static C: &[u8] = &[];",
+            "static EXACT_TAPS: LazyLock<u8> = y;",
+            "fn a(b: &'static str, c: &RefCell<u8>) {",
+            "/// as --near gives it",
+            "a - -b",
+        ] {
+            assert_eq!(breach(line), None, "{line}");
         }
     }
 }

@@ -400,8 +400,8 @@ fn depth_passes_are_fitted_to_the_plate() {
     ] {
         let spec = ChannelSpec::parse(text);
         assert_eq!(
-            (spec.file.as_str(), spec.channel.as_deref()),
-            (file, channel),
+            (spec.file.as_path(), spec.channel.as_deref()),
+            (Path::new(file), channel),
             "{text}"
         );
     }

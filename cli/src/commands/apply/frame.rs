@@ -1,15 +1,11 @@
 //! One frame of a run: read, blurred, written.
 
-use std::path::Path;
-
 use seidel_core::render::VergencePass;
-use seidel_core::{Edges, Rendering};
+use seidel_core::{Edges, Expand, Quality, Rendering};
 
-use super::occlusion::HoldoutSource;
-use super::{ApplyArgs, EdgeChoice, ExpandChoice, QualityChoice, residual, show, verbose};
+use super::{ApplyArgs, residual, show, verbose};
 use crate::commands::plates::{
-    BackgroundSource, FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run,
-    SettingsRecord, setting,
+    FinishedFrame, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord, setting,
 };
 use crate::commands::{CommandError, value_name};
 use seidel_image_io::residual::Residual;
@@ -18,8 +14,6 @@ use seidel_image_io::residual::Residual;
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
     pub(super) reader: &'a PlateReader<'a>,
-    pub(super) holdout: &'a HoldoutSource,
-    pub(super) background: &'a BackgroundSource,
     pub(super) run: &'a Run,
 }
 
@@ -29,38 +23,16 @@ pub(super) struct LoadedFrame {
     residual: Option<Residual>,
 }
 
-/// The files that are read beside a plate and its depth pass.
-struct FrameInputs<'s> {
-    matte: Option<&'s Path>,
-    matte_depth: Option<&'s Path>,
-    background: Option<&'s Path>,
-    background_depth: Option<&'s Path>,
-    residual: Option<&'s Path>,
-}
-
 impl Job<'_> {
-    fn inputs<'s>(&self, frame: &'s FrameFiles) -> FrameInputs<'s> {
-        let depth_passes = usize::from(self.reader.depth_pattern().is_some());
-        let mut files = frame.read.iter().skip(depth_passes);
-        let mut next_if = |is_used: bool| {
-            let file = if is_used { files.next() } else { None };
-            file.map(|path| path.as_path())
-        };
-        FrameInputs {
-            matte: next_if(self.holdout.matte.is_some()),
-            matte_depth: next_if(self.holdout.depth.is_some()),
-            background: next_if(self.background.plate.is_some()),
-            background_depth: next_if(self.background.depth.is_some()),
-            residual: next_if(self.args.residual.is_some()),
-        }
-    }
-
     /// Returns the settings of the frame by name.
     fn record(&self, loaded: &LoadedPlate) -> Result<SettingsRecord, CommandError> {
         let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
         match self.args.show {
             Some(choice) => record.push(setting("show", value_name(choice))),
-            None => record.extend(self.args.record(loaded.prepared.edges())),
+            None => record.extend(
+                self.args
+                    .record(loaded.lens.session.settings(), loaded.prepared.edges()),
+            ),
         }
         Ok(record)
     }
@@ -71,13 +43,14 @@ impl Job<'_> {
         if loaded.is_neutral() {
             return None;
         }
+        let settings = loaded.lens.session.settings();
         let edges = match loaded.prepared.edges() {
-            _ if self.args.edges != EdgeChoice::Auto => None,
+            _ if settings.edges.is_some() => None,
             Edges::Mirror => None,
             Edges::Black => Some("element over nothing: rendered with --edges black"),
             Edges::Extend => Some("element cut by the border: rendered with --edges extend"),
         };
-        let grown = loaded.own_window.is_some() && self.args.expand == ExpandChoice::Auto;
+        let grown = loaded.own_window.is_some() && settings.expand == Expand::Auto;
         let grown = grown
             .then_some("the data window grows by the reach of the blur (--expand off keeps it)");
         let notes: Vec<&str> = edges.into_iter().chain(grown).collect();
@@ -110,7 +83,8 @@ impl Job<'_> {
     ) -> seidel_core::Result<Vec<Vec<f32>>> {
         let varies = matches!(rendering.scene.vergence, VergencePass::PerPixel(_));
         let occlusion = rendering.occlusion.is_some();
-        if varies && !occlusion && self.args.quality != QualityChoice::Exact {
+        let quality = loaded.lens.session.settings().quality;
+        if varies && !occlusion && quality != Quality::Exact {
             warnings.push(
                 "depth varies over the plate: without occlusion it is rendered exactly, whatever --quality says"
                     .into(),
@@ -119,7 +93,7 @@ impl Job<'_> {
         let progress = |share| self.run.show_progress(index, share);
         let rendered = rendering.render(None, &progress)?;
         if self.args.verbose {
-            let report = verbose::report(rendering, &rendered, &loaded.prepared, self.args)?;
+            let report = verbose::report(rendering, &rendered, &loaded.prepared)?;
             warnings.push(report);
         }
         Ok(rendered.planes)
@@ -132,7 +106,6 @@ impl FrameWork for Job<'_> {
 
     fn read(&self, index: usize) -> Result<LoadedFrame, CommandError> {
         let frame = &self.run.frames()[index];
-        let inputs = self.inputs(frame);
         let mut loaded = self.reader.read(frame, index)?;
         if self.args.show.is_some() {
             return Ok(LoadedFrame {
@@ -140,26 +113,14 @@ impl FrameWork for Job<'_> {
                 residual: None,
             });
         }
-        if let Some(matte) = inputs.matte {
-            let geometry = self.reader.geometry(&loaded.plate)?;
-            let meaning = self.reader.depth_meaning;
-            let matte_depth = inputs.matte_depth.map(|file| (file, meaning));
-            let holdout = self
-                .holdout
-                .read(&mut loaded, &geometry, matte, matte_depth)?;
-            loaded.prepared = loaded.prepared.with_holdout(Some(holdout));
-        }
-        if let Some(file) = inputs.background {
-            let depth = inputs.background_depth;
-            (self.background).add(self.reader, &mut loaded, file, depth)?;
-        }
+        self.reader.add_side_images(&frame.read, &mut loaded)?;
         loaded.expand()?;
         if index == 0 {
             loaded.warnings.extend(self.edges_note(&loaded));
             let focus = loaded.prepared.focus_warning();
             (loaded.warnings).extend(focus.map_err(|e| loaded.in_file(e))?);
         }
-        let residual = match inputs.residual {
+        let residual = match &frame.read.residual {
             Some(file) => {
                 let record = self.record(&loaded)?;
                 Some(residual::open(file, &mut loaded, &record)?)

@@ -1,19 +1,16 @@
-//! Options about occlusion and holdouts.
+//! Options about occlusion, holdouts and backgrounds.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, ValueEnum};
-use seidel_core::{
-    DepthMeaning, DepthPass, HoldoutMatte, OcclusionSettings, PlateGeometry, PreparedHoldout,
-};
+use seidel_core::OcclusionSettings;
 
 use crate::commands::CommandError;
-use crate::commands::plates::LoadedPlate;
-use seidel_image_io::error::FileError;
-use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
+use crate::commands::plates::{SideInputs, channel_parser};
+use seidel_image_io::image_channel::ChannelSpec;
 
-/// Options about occlusion.
+/// Options about occlusion, and about what lies before and behind the plate.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Depth")]
 pub(super) struct OcclusionArgs {
@@ -30,11 +27,20 @@ pub(super) struct OcclusionArgs {
     /// Matte of an object that will be merged in front later, or a frame pattern; its A, its only channel, or CHANNEL
     ///
     /// The light of the plate is held out where the matte covers it, sharp to the pixel.
-    #[arg(long, value_name = "FILE[:CHANNEL]", value_parser = NonEmptyStringValueParser::new())]
-    holdout: Option<String>,
+    #[arg(long, value_name = "FILE[:CHANNEL]", value_parser = channel_parser())]
+    holdout: Option<ChannelSpec>,
     /// Depth pass of the holdout, with the meaning of the plate's: only light from behind the object is held out
-    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "holdout", value_parser = NonEmptyStringValueParser::new())]
-    holdout_depth: Option<String>,
+    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "holdout", value_parser = channel_parser())]
+    holdout_depth: Option<ChannelSpec>,
+    /// The plate without its foreground (a clean plate), or a frame pattern: shown where the blur of the foreground uncovers
+    /// it, instead of an estimate
+    ///
+    /// Its depth is its own Z channel or --background-depth, with the meaning of the plate's.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_fill_foreground", value_parser = NonEmptyStringValueParser::new())]
+    background: Option<String>,
+    /// Depth pass of the background, or a frame pattern
+    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "background", value_parser = channel_parser())]
+    background_depth: Option<ChannelSpec>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -43,12 +49,6 @@ enum Switch {
     On,
     /// Light leaks across depth edges; the sum of light is kept
     Off,
-}
-
-/// The files of a holdout: paths or frame patterns.
-pub(super) struct HoldoutSource {
-    pub(super) matte: Option<ChannelSpec>,
-    pub(super) depth: Option<ChannelSpec>,
 }
 
 impl OcclusionArgs {
@@ -63,6 +63,7 @@ impl OcclusionArgs {
             (self.no_fill_foreground, ", no-fill-foreground"),
             (self.no_blur_inside, ", no-blur-inside"),
             (self.holdout.is_some(), ", holdout"),
+            (self.background.is_some(), ", background"),
         ] {
             if is_used {
                 record.push_str(name);
@@ -71,15 +72,13 @@ impl OcclusionArgs {
         record
     }
 
-    /// Returns the files of the holdout.
-    ///
-    /// # Errors
-    /// Options about occlusion while it is off.
-    pub(super) fn holdout(&self) -> Result<HoldoutSource, CommandError> {
+    /// Rejects options about occlusion while it is off.
+    pub(super) fn check(&self) -> Result<(), CommandError> {
         let options = [
             (self.no_fill_foreground, "--no-fill-foreground"),
             (self.no_blur_inside, "--no-blur-inside"),
             (self.holdout.is_some(), "--holdout"),
+            (self.background.is_some(), "--background"),
         ];
         let used = options.iter().find(|(is_used, _)| *is_used);
         if let Some((_, option)) = used
@@ -89,11 +88,18 @@ impl OcclusionArgs {
                 "{option} needs occlusion: leave out --occlusion off"
             )));
         }
-        let spec = |text: &Option<String>| text.as_deref().map(ChannelSpec::parse);
-        Ok(HoldoutSource {
-            matte: spec(&self.holdout),
-            depth: spec(&self.holdout_depth),
-        })
+        Ok(())
+    }
+
+    /// Returns the files of holdout and background.
+    pub(super) fn side_inputs(&self) -> SideInputs {
+        SideInputs {
+            holdout: self.holdout.clone(),
+            holdout_depth: self.holdout_depth.clone(),
+            background: self.background.as_ref().map(PathBuf::from),
+            background_depth: self.background_depth.clone(),
+            ..SideInputs::default()
+        }
     }
 
     /// Returns the occlusion settings of the renderer.
@@ -102,52 +108,5 @@ impl OcclusionArgs {
             fill_foreground: !self.no_fill_foreground,
             blur_inside: !self.no_blur_inside,
         })
-    }
-}
-
-/// Returns the channel that a file is named with, if any.
-fn channel(spec: Option<&ChannelSpec>) -> Option<&str> {
-    spec.and_then(|spec| spec.channel.as_deref())
-}
-
-impl HoldoutSource {
-    /// Returns the paths or frame patterns of matte and depth, in this order, as far as they are used.
-    pub(super) fn file_patterns(&self) -> impl Iterator<Item = &str> {
-        let specs = [&self.matte, &self.depth].into_iter().flatten();
-        specs.map(|spec| spec.file.as_str())
-    }
-
-    /// Reads the holdout of the plate `loaded`, which lies at `geometry`: the file `matte` and, if any, the depth pass with
-    /// its meaning. Adds warnings to the plate.
-    pub(super) fn read(
-        &self,
-        loaded: &mut LoadedPlate,
-        geometry: &PlateGeometry,
-        matte: &Path,
-        depth: Option<(&Path, DepthMeaning)>,
-    ) -> Result<PreparedHoldout, CommandError> {
-        let windows = loaded.plate.windows();
-        let image = ImageChannel::read_matte(matte, channel(self.matte.as_ref()))?;
-        let fitted = image.fit_to(windows)?;
-        loaded.warnings.extend(fitted.warning);
-        let mut holdout = HoldoutMatte {
-            samples: fitted.samples,
-            depth: None,
-        };
-        let place = format!("channel {}", image.channel);
-        (holdout.check(geometry.data.width))
-            .map_err(|e| FileError::from_core(matte, e.within(&place)))?;
-        if let Some((file, meaning)) = depth {
-            let pass = ImageChannel::read_depth(file, channel(self.depth.as_ref()))?;
-            let fitted = pass.fit_to(windows)?;
-            loaded.warnings.extend(fitted.warning);
-            holdout.depth = Some(DepthPass {
-                samples: fitted.samples,
-                meaning,
-            });
-        }
-        let file = depth.map_or(matte, |(file, _)| file);
-        let prepared = PreparedHoldout::new(&loaded.lens.session, geometry, holdout);
-        Ok(prepared.map_err(|e| FileError::from_core(file, e))?)
     }
 }

@@ -6,10 +6,10 @@ use seidel_core::render::{
     LevelStatistics, RenderStatistics, Rendered, SpotRenderer, VergencePass,
     low_discrepancy_pixels, psnr_at,
 };
-use seidel_core::{PreparedPlate, Rendering, Result, no_progress};
+use seidel_core::{PreparedPlate, Quality, Rendering, Result, no_progress};
 
-use super::{ApplyArgs, EdgeChoice, QualityChoice};
-use crate::commands::value_name;
+use super::of_edges;
+use crate::commands::knobs::knob_text;
 
 /// Number of pixels at which the exact render is computed.
 const PIXELS: usize = 64;
@@ -27,10 +27,9 @@ pub(super) fn report(
     rendering: &Rendering,
     rendered: &Rendered,
     plate: &PreparedPlate,
-    args: &ApplyArgs,
 ) -> Result<String> {
     let Rendered { planes, statistics } = rendered;
-    let mut report = heading(rendering, args);
+    let mut report = heading(rendering, plate);
     let mut line = |text: String| {
         // Writing to a string does not fail.
         let _ = write!(report, "\n    {text}");
@@ -52,17 +51,18 @@ pub(super) fn report(
     Ok(report)
 }
 
-fn heading(rendering: &Rendering, args: &ApplyArgs) -> String {
-    let method = match args.quality {
-        QualityChoice::Draft | QualityChoice::Final => "gather",
-        QualityChoice::Exact => "scatter",
+fn heading(rendering: &Rendering, plate: &PreparedPlate) -> String {
+    let settings = &of_edges(plate.session().settings(), plate.edges());
+    let method = match settings.quality {
+        Quality::Draft | Quality::Final => "gather",
+        Quality::Exact => "scatter",
     };
     format!(
         "rendered by {method}, quality {}, psf {}, edges {}, geometry {}",
-        value_name(args.quality),
+        knob_text("quality", settings),
         rendering.scene.model.id(),
-        value_name(EdgeChoice::of_edges(rendering.edges)),
-        value_name(args.shared.geometry),
+        knob_text("edges", settings),
+        knob_text("geometry", settings),
     )
 }
 

@@ -62,7 +62,7 @@ fn measure_arguments(args: &DemoArgs) -> Vec<OsString> {
         ("--cfa", OsString::from(MOSAIC)),
         ("--black", BLACK.to_string().into()),
         ("--white", WHITE.to_string().into()),
-        ("--distance-m", distances.join(",").into()),
+        ("--distance", distances.join(",").into()),
         ("--out", folder.join(LIGHTS).into()),
         ("--fit", folder.join(LENS).into()),
     ] {

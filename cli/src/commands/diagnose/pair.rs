@@ -13,7 +13,7 @@ use seidel_core::predict::Predictor;
 use seidel_core::{DiagnosisSettings, Lens, PictureDiagnosis, PicturePair, diagnose_pictures};
 
 use super::super::picture::check_finite;
-use super::super::{CommandError, EncodingChoice, parse_distance, parse_point};
+use super::super::{CommandError, EncodingChoice, parse_point};
 use crate::Console;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
@@ -29,9 +29,6 @@ pub(super) struct PairArgs {
     /// Picture of the same scene through the lens, registered pixel by pixel
     #[arg(long, value_name = "PLATE", requires = "reference")]
     pub(super) observed: Option<PathBuf>,
-    /// Distance of the scene, metres or `inf`
-    #[arg(long, value_name = "Z", value_parser = parse_distance, requires = "reference")]
-    depth_m: Option<ObjectDistance>,
     /// Side of the estimated tiles, px: odd, and larger than the widest blur
     #[arg(long, value_name = "PX", default_value_t = 33)]
     patch: usize,
@@ -77,11 +74,6 @@ enum Pixels {
 const FULL_SCALE: f32 = 1.0 - 0.5 / 255.0;
 
 impl PairArgs {
-    /// The distance of the scene.
-    pub(super) fn distance(&self) -> ObjectDistance {
-        self.depth_m.unwrap_or(ObjectDistance::Unknown)
-    }
-
     /// Diagnoses `lens` against the PSFs that take `sharp` to `blurred`.
     #[expect(clippy::too_many_arguments, reason = "files and their contents")]
     pub(super) fn diagnose(
@@ -90,18 +82,19 @@ impl PairArgs {
         blurred: &Path,
         lens: &Lens,
         lens_path: &Path,
+        distance: ObjectDistance,
         settings: &DiagnosisSettings,
         pool: &ThreadPool,
         console: &Console,
     ) -> Result<PictureDiagnosis, CommandError> {
         let predictor =
             Predictor::new(lens.profile()).map_err(|e| FileError::from_core(lens_path, e))?;
-        if self.depth_m.is_none() && predictor.depends_on_depth() {
+        if distance == ObjectDistance::Unknown && predictor.depends_on_depth() {
             return Err(FileError::new(
                 blurred,
                 "object distance",
                 "is unknown, but the lens's blur depends on it",
-                "give --depth-m",
+                "give --distance",
             )
             .into());
         }
@@ -110,7 +103,7 @@ impl PairArgs {
         let integers = reference.quantisation.is_some() || observed.quantisation.is_some();
         let estimate = PairSettings {
             side: self.patch,
-            distance: self.distance(),
+            distance,
             clip: self.clip.or(integers.then_some(FULL_SCALE)),
             area_means: self.reference_pixels == Pixels::Areas,
             geometry: match self.plate_geometry {

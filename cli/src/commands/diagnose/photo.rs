@@ -12,7 +12,7 @@ use seidel_measure::{LightSettings, measure_lights};
 
 use super::super::measure::common::{InputArgs, SensorArgs};
 use super::super::measure::photographs;
-use super::super::{CommandError, EncodingChoice, parse_distance};
+use super::super::{CommandError, EncodingChoice};
 use crate::Console;
 use crate::progress::ProgressArgs;
 
@@ -23,9 +23,6 @@ pub(super) struct PhotoArgs {
     /// Photographs of point lights through the lens, instead of OBS: raw as for `measure lights`; writes their PSFs to psf
     #[arg(long, value_name = "PHOTO", num_args = 1.., conflicts_with_all = ["observations", "reference"])]
     pub(super) photo: Vec<PathBuf>,
-    /// Distance of the lights in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
-    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance, requires = "photo")]
-    distance_m: Vec<ObjectDistance>,
     #[command(flatten)]
     sensor: SensorArgs,
 }
@@ -37,7 +34,7 @@ pub(super) struct MeasuredPhotographs {
 }
 
 impl PhotoArgs {
-    /// Measures the lights of the photographs in the channels of `lens`.
+    /// Measures the lights of the photographs, at one of the `distances` each or one for all, in the channels of `lens`.
     ///
     /// # Errors
     /// Unknown distances where the blur of the lens depends on them; photographs that cannot be measured, or that lack a channel
@@ -46,29 +43,30 @@ impl PhotoArgs {
         &self,
         lens: &LensProfile,
         lens_path: &Path,
+        distances: &[ObjectDistance],
         encoding: Option<EncodingChoice>,
         console: &mut Console,
     ) -> Result<MeasuredPhotographs, CommandError> {
-        let (photographs, distances) = (self.photo.len(), self.distance_m.len());
-        if distances > 1 && distances != photographs {
+        let (photographs, count) = (self.photo.len(), distances.len());
+        if count > 1 && count != photographs {
             return Err(CommandError::Usage(format!(
-                "--distance-m gives {distances} distances for {photographs} photographs; give one for each, or one for all"
+                "--distance gives {count} distances for {photographs} photographs; give one for each, or one for all"
             )));
         }
         let first = &self.photo[0];
         let predictor = Predictor::new(lens).map_err(|e| FileError::from_core(lens_path, e))?;
-        if self.distance_m.is_empty() && predictor.depends_on_depth() {
+        if distances.is_empty() && predictor.depends_on_depth() {
             return Err(FileError::new(
                 first,
                 "object distance",
                 "is unknown, but the lens's blur depends on it",
-                "give --distance-m",
+                "give --distance",
             )
             .into());
         }
         let input = InputArgs {
             progress: ProgressArgs::default(),
-            distance_m: self.distance_m.clone(),
+            distances: distances.to_vec(),
             channels: predictor.channel_names().to_vec(),
             sensor: self.sensor.clone(),
             encoding,

@@ -10,7 +10,8 @@ use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    AUTO, ChangeFilter, Files, FinishedFrame, FrameWork, Run, setting, space_of, unrepresentable,
+    AUTO, ChangeFilter, Files, FinishedFrame, FrameWork, Run, SideInputs, setting, space_of,
+    unrepresentable,
 };
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
@@ -43,7 +44,7 @@ pub(super) fn run(
     let files = Files {
         input,
         output,
-        read: Vec::new(),
+        read: SideInputs::default(),
         written: Vec::new(),
         lenses: Vec::new(),
     };

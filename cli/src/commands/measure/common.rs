@@ -38,8 +38,8 @@ pub(in crate::commands) struct InputArgs {
     #[command(flatten)]
     pub(in crate::commands) progress: ProgressArgs,
     /// Distance of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
-    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance)]
-    pub(in crate::commands) distance_m: Vec<ObjectDistance>,
+    #[arg(long = "distance", alias = "distance-m", value_name = "METRES", value_delimiter = ',', value_parser = parse_distance)]
+    pub(in crate::commands) distances: Vec<ObjectDistance>,
     /// Channels to measure, all if omitted
     #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
     pub(in crate::commands) channels: Vec<String>,
@@ -123,10 +123,10 @@ impl CommonArgs {
 
     /// Checks that there is one distance for each photograph, or one for all.
     pub(super) fn check_photographs(&self) -> Result<(), CommandError> {
-        let (photographs, distances) = (self.photographs.len(), self.input.distance_m.len());
+        let (photographs, distances) = (self.photographs.len(), self.input.distances.len());
         if distances > 1 && distances != photographs {
             return Err(CommandError::Usage(format!(
-                "--distance-m gives {distances} distances for {photographs} photographs; give one for each, or one for all"
+                "--distance gives {distances} distances for {photographs} photographs; give one for each, or one for all"
             )));
         }
         Ok(())
@@ -136,7 +136,7 @@ impl CommonArgs {
 impl InputArgs {
     /// Returns the distance of photograph `index`.
     pub(super) fn distance(&self, index: usize) -> ObjectDistance {
-        let given = self.distance_m.get(index).or(self.distance_m.first());
+        let given = self.distances.get(index).or(self.distances.first());
         given.copied().unwrap_or(ObjectDistance::Unknown)
     }
 

@@ -68,9 +68,9 @@ const PIXEL_VARIANCE_PX2: f64 = 1.0 / 12.0;
 const LIGHT_ERROR: f64 = 0.05;
 
 pub(super) fn run(args: &MatchArgs, console: &mut Console) -> Result<(), CommandError> {
-    if args.input.distance_m.len() > 1 {
+    if args.input.distances.len() > 1 {
         return Err(CommandError::Usage(
-            "--distance-m: give one distance, that of the plate's subject".to_owned(),
+            "--distance: give one distance, that of the plate's subject".to_owned(),
         ));
     }
     check_target(&args.output)?;

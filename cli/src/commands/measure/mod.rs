@@ -55,6 +55,14 @@ impl MeasureCommand {
     }
 }
 
+/// Names the option in place of the field at fault, which is called as it is.
+fn by_option(mut error: seidel_core::Error) -> CommandError {
+    if error.place != "sheet" {
+        error.place = format!("--{}", error.place.replace('_', "-"));
+    }
+    error.into()
+}
+
 /// `seidel measure` and what follows it on a command line.
 #[derive(Debug, Parser)]
 struct MeasureLine {

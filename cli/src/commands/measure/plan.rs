@@ -4,6 +4,7 @@ use clap::Args;
 use seidel_measure::capture_plan::{CapturePlan, CapturedLens, PlannedDistance};
 use serde_json::{Value, json};
 
+use super::by_option;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::significant;
@@ -12,13 +13,13 @@ use crate::pictures::significant;
 #[derive(Debug, Args)]
 pub struct PlanArgs {
     /// Focal length in millimetres
-    #[arg(long, value_name = "F")]
+    #[arg(long = "focal-length-mm", alias = "focal-mm", value_name = "MM")]
     focal_mm: f64,
     /// f-number of the shot
     #[arg(long, value_name = "N")]
     f_number: f64,
     /// Focus distance of the shot in metres, or `inf`
-    #[arg(long, value_name = "Z")]
+    #[arg(long = "focus-distance", alias = "focus-m", value_name = "METRES")]
     focus_m: f64,
     /// Pixel pitch of the sensor in micrometres
     #[arg(long, value_name = "P")]
@@ -27,10 +28,10 @@ pub struct PlanArgs {
     #[arg(long, value_name = "WxH", default_value = "36x24", value_parser = parse_sensor)]
     sensor_mm: [f64; 2],
     /// Nearest distance that the shot needs, in metres; by default that with as much blur as the farthest
-    #[arg(long, value_name = "Z")]
+    #[arg(long = "near", alias = "near-m", value_name = "METRES")]
     near_m: Option<f64>,
     /// Farthest distance to photograph, in metres, or `inf` for stars and lights far away
-    #[arg(long, value_name = "Z", default_value_t = f64::INFINITY)]
+    #[arg(long = "far", alias = "far-m", value_name = "METRES", default_value_t = f64::INFINITY)]
     far_m: f64,
     /// Number of distances
     #[arg(long, value_name = "N", default_value_t = 5)]
@@ -64,7 +65,7 @@ pub(super) fn run(args: &PlanArgs, console: &mut Console) -> Result<(), CommandE
         far_m: args.far_m,
         count: args.count,
     };
-    let plan = lens.plan()?;
+    let plan = lens.plan().map_err(by_option)?;
     if args.json {
         let report = report_json(&plan);
         console.print(format!("{report:#}"));

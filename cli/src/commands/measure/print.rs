@@ -10,6 +10,7 @@ use seidel_image_io::formats::png::write_rgb8;
 use seidel_measure::printed::{self, Medium, Sheet, Viewing};
 use serde_json::json;
 
+use super::by_option;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::printed::{PrintFormat, pdf, picture, svg};
@@ -33,10 +34,20 @@ pub struct PrintArgs {
     #[arg(long, value_name = "MM", default_value_t = 600.0)]
     screen_width_mm: f64,
     /// Distance from the lens to the chart in metres
-    #[arg(long, value_name = "Z", default_value_t = 2.0)]
+    #[arg(
+        long = "distance",
+        alias = "distance-m",
+        value_name = "METRES",
+        default_value_t = 2.0
+    )]
     distance_m: f64,
     /// Focal length in millimetres
-    #[arg(long, value_name = "F", default_value_t = 50.0)]
+    #[arg(
+        long = "focal-length-mm",
+        alias = "focal-mm",
+        value_name = "MM",
+        default_value_t = 50.0
+    )]
     focal_mm: f64,
     /// Pixel pitch of the sensor in micrometres
     #[arg(long, value_name = "P", default_value_t = 4.0)]
@@ -165,7 +176,7 @@ impl PrintArgs {
             Kind::Lights => printed::lights(medium, &viewing, self.seed),
             Kind::Board => printed::board(medium, &viewing),
         };
-        Ok(sheet?)
+        sheet.map_err(by_option)
     }
 
     fn medium(&self) -> Result<Medium, CommandError> {

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use seidel_core::Displacement;
+use clap::Args;
 use seidel_image_io::formats::{names_read, names_written, written_samples};
 
 use super::RunArgs;
@@ -21,9 +20,6 @@ pub(crate) struct PlateCommandArgs {
     pub(crate) depth: DepthArgs,
     #[command(flatten)]
     pub(crate) lens: LensArgs,
-    /// Displacement of light by the lens
-    #[arg(long, value_enum, help_heading = "Look", default_value_t = Geometry::Lateral)]
-    pub(crate) geometry: Geometry,
     #[command(flatten)]
     pub(crate) plate: PlateArgs,
     #[arg(short, long, help_heading = "Output", value_name = "OUT",
@@ -47,25 +43,4 @@ fn output_long_help() -> String {
         output_help(),
         written_samples()
     )
-}
-
-/// Displacement of light by the lens.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum Geometry {
-    /// Blur alone
-    None,
-    /// Lateral colour: channels are displaced against each other, the plate is not distorted
-    Lateral,
-    /// Distortion and lateral colour
-    Full,
-}
-
-impl From<Geometry> for Displacement {
-    fn from(geometry: Geometry) -> Self {
-        match geometry {
-            Geometry::None => Self::None,
-            Geometry::Lateral => Self::Lateral,
-            Geometry::Full => Self::Full,
-        }
-    }
 }

@@ -2,20 +2,14 @@
 
 use std::path::Path;
 
-use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, ValueEnum};
 use seidel_core::render::{DepthConvention, DepthReading};
-use seidel_core::{
-    Depth, DepthMeaning, DepthPass, Error, Lens, LensSession, ObjectDistance, PlateGeometry,
-    PreparedDepth,
-};
+use seidel_core::{DepthMeaning, Lens, ObjectDistance};
 
-use super::depth_check::check_depth;
-use super::{SettingsRecord, setting};
+use super::{SettingsRecord, channel_parser, setting};
 use crate::commands::{CommandError, parse_distance};
 use seidel_image_io::error::FileError;
-use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
-use seidel_image_io::plate::Plate;
+use seidel_image_io::image_channel::ChannelSpec;
 
 /// Place of a frame in its run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,11 +25,11 @@ pub(super) enum FrameOrder {
 #[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
     /// Depth pass, or a frame pattern; the plate's own Z if omitted
-    #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance", value_parser = NonEmptyStringValueParser::new())]
-    depth: Option<String>,
+    #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance", value_parser = channel_parser())]
+    pub(crate) depth: Option<ChannelSpec>,
     /// One object distance for the whole plate, metres or `inf`
     #[arg(long, value_name = "METRES", value_parser = parse_distance)]
-    distance: Option<ObjectDistance>,
+    pub(super) distance: Option<ObjectDistance>,
     /// Meaning of the samples of the depth pass
     #[arg(long, value_enum, default_value_t = DepthKind::Distance)]
     depth_kind: DepthKind,
@@ -56,7 +50,7 @@ pub(crate) struct DepthArgs {
     along_ray: Option<f64>,
     /// Skip the check of the first depth pass for signs of another --depth-kind or --depth-unit
     #[arg(long)]
-    no_depth_check: bool,
+    pub(super) no_depth_check: bool,
 }
 
 /// The meaning of the samples of a depth pass.
@@ -86,19 +80,6 @@ fn parse_unit(text: &str) -> Result<f64, String> {
             .filter(|v| v.is_finite() && *v != 0.0)
             .ok_or_else(|| "give m, cm, mm, km, in, ft, or the metres in one unit".to_owned()),
     }
-}
-
-/// The source of the depth of all plates of a run.
-pub(super) enum DepthSource {
-    /// One distance everywhere.
-    Constant(ObjectDistance),
-    /// A depth pass: in the file of `spec`, or else in the plate.
-    Pass {
-        spec: Option<ChannelSpec>,
-        meaning: DepthMeaning,
-        /// Whether the first pass is checked for signs of another meaning.
-        is_checked: bool,
-    },
 }
 
 impl DepthArgs {
@@ -132,40 +113,16 @@ impl DepthArgs {
         })
     }
 
-    /// Returns the source of depth; samples of depth passes have the given `meaning`.
-    pub(super) fn source(&self, meaning: DepthMeaning) -> DepthSource {
-        match self.distance {
-            Some(distance) => DepthSource::Constant(distance),
-            None => DepthSource::Pass {
-                spec: self.depth.as_deref().map(ChannelSpec::parse),
-                meaning,
-                is_checked: !self.no_depth_check,
-            },
+    /// Returns the settings by name, of depth passes with the given `meaning`. Files are named by their last component, so that
+    /// they may be moved.
+    pub(super) fn record(&self, meaning: DepthMeaning) -> SettingsRecord {
+        if let Some(distance) = self.distance {
+            return vec![setting("distance", distance)];
         }
-    }
-}
-
-impl DepthSource {
-    /// Returns the path or frame pattern of the depth pass, if it has a file of its own.
-    pub(super) fn file_pattern(&self) -> Option<&str> {
-        match self {
-            Self::Pass {
-                spec: Some(spec), ..
-            } => Some(&spec.file),
-            _ => None,
-        }
-    }
-
-    /// Returns the settings by name. Files are named by their last component, so that they may be moved.
-    pub(super) fn record(&self) -> SettingsRecord {
-        let (spec, meaning) = match self {
-            Self::Constant(distance) => return vec![setting("distance", distance)],
-            Self::Pass { spec, meaning, .. } => (spec, meaning),
-        };
-        let depth = spec.as_ref().map_or_else(
+        let depth = self.depth.as_ref().map_or_else(
             || "the plate's own".to_owned(),
             |spec| {
-                let file = Path::new(&spec.file).file_name().unwrap_or_default();
+                let file = spec.file.file_name().unwrap_or_default();
                 let channel = spec.channel.as_deref().unwrap_or_default();
                 format!("{} {channel}", file.to_string_lossy())
             },
@@ -181,7 +138,7 @@ impl DepthSource {
 
     /// Rejects a depth pass for a `lens`, read from `file`, that was fitted at one distance.
     pub(super) fn check_lens(&self, lens: &Lens, file: &Path) -> Result<(), CommandError> {
-        if lens.predictor().depends_on_depth() || self.file_pattern().is_none() {
+        if lens.predictor().depends_on_depth() || self.depth.is_none() {
             return Ok(());
         }
         Err(FileError::new(
@@ -192,64 +149,10 @@ impl DepthSource {
         )
         .into())
     }
-
-    /// Reads the depth of `plate` for the lens of `session`, from `file` if the pass has a file of its own. Adds to
-    /// `warnings`.
-    pub(super) fn read(
-        &self,
-        plate: &Plate,
-        geometry: &PlateGeometry,
-        file: Option<&Path>,
-        session: &LensSession,
-        order: FrameOrder,
-        warnings: &mut Vec<String>,
-    ) -> Result<PreparedDepth, CommandError> {
-        let prepare = |depth| PreparedDepth::new(session, geometry, depth);
-        let (spec, meaning, is_checked) = match self {
-            Self::Constant(distance) => return Ok(prepare(Depth::Distance(*distance))?),
-            Self::Pass {
-                spec,
-                meaning,
-                is_checked,
-            } => (spec, meaning, *is_checked),
-        };
-        if !session.lens().predictor().depends_on_depth() {
-            return Ok(prepare(Depth::Distance(ObjectDistance::Unknown))?);
-        }
-        let channel = spec.as_ref().and_then(|s| s.channel.as_deref());
-        let pass = match file {
-            Some(file) => ImageChannel::read_depth(file, channel)?,
-            None => plate.depth(None).map_err(|e| {
-                FileError::new(
-                    plate.path(),
-                    "depth",
-                    e.problem(),
-                    "the lens's blur depends on depth: give --depth FILE or --distance METRES",
-                )
-            })?,
-        };
-        let fitted = pass.fit_to(plate.windows())?;
-        warnings.extend(fitted.warning);
-        let in_pass = |e: Error| {
-            FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
-        };
-        let depth = prepare(Depth::Pass(DepthPass {
-            samples: fitted.samples,
-            meaning: *meaning,
-        }));
-        let depth = depth.map_err(in_pass)?;
-        let mut notes = depth.reading().map_or_else(Vec::new, describe);
-        if order == FrameOrder::First && is_checked {
-            notes.extend(check_depth(&depth, plate, geometry, session).map_err(in_pass)?);
-        }
-        let name = format!("depth {}:{}", pass.file.display(), pass.channel);
-        warnings.extend(notes.iter().map(|note| format!("{name} {note}")));
-        Ok(depth)
-    }
 }
 
 /// Returns notes on the range of a depth pass and on its unusual pixels; each continues the name of the pass.
-fn describe(reading: &DepthReading) -> Vec<String> {
+pub(super) fn describe(reading: &DepthReading) -> Vec<String> {
     let range = match reading.range_m {
         Some((near, far)) => format!("spans {near:.4} m to {far:.4} m"),
         None => "is at infinity everywhere".to_owned(),

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::SideInputs;
 use crate::commands::CommandError;
 use seidel_image_io::atomic::check_target;
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::output_format;
-use seidel_image_io::sequence::FramePaths;
+use seidel_image_io::sequence::FramePattern;
 
 /// The files of a run: paths or frame patterns.
 pub(crate) struct Files<'a> {
@@ -14,8 +15,7 @@ pub(crate) struct Files<'a> {
     pub(crate) input: &'a Path,
     /// Plate to write.
     pub(crate) output: &'a Path,
-    /// Other images to read; each may be one file for all frames.
-    pub(crate) read: Vec<&'a Path>,
+    pub(crate) read: SideInputs,
     /// Other images to write, each with its option.
     pub(crate) written: Vec<(&'static str, &'a Path)>,
     /// Lens profiles, each with its role in the provenance.
@@ -29,30 +29,37 @@ pub(crate) struct FrameFiles {
     pub(crate) number: Option<i64>,
     pub(crate) input: PathBuf,
     pub(crate) output: PathBuf,
-    /// In the order of [`Files::read`].
-    pub(crate) read: Vec<PathBuf>,
-    /// In the order of [`Files::written`].
-    pub(crate) written: Vec<PathBuf>,
+    pub(crate) read: SideInputs,
+    /// Other images to write, each with its option.
+    pub(crate) written: Vec<(&'static str, PathBuf)>,
+}
+
+impl Files<'_> {
+    /// Returns the files of frame `number`; without one, those of a single picture.
+    pub(super) fn at_frame(&self, number: Option<i64>) -> FrameFiles {
+        let path = |pattern: &Path| match number {
+            Some(number) => FramePattern::parse(pattern).path(number),
+            None => pattern.to_owned(),
+        };
+        let written = (self.written.iter()).map(|(option, file)| (*option, path(file)));
+        FrameFiles {
+            number,
+            input: path(self.input),
+            output: path(self.output),
+            read: self.read.with_paths(path),
+            written: written.collect(),
+        }
+    }
 }
 
 impl FrameFiles {
-    /// Sorts the paths of a frame: the input, the output, `read_count` other inputs, other outputs.
-    pub(super) fn new(frame: FramePaths, read_count: usize) -> Self {
-        let mut paths = frame.paths.into_iter();
-        let (input, output) = (paths.next(), paths.next());
-        Self {
-            number: frame.frame,
-            input: input.unwrap_or_default(),
-            output: output.unwrap_or_default(),
-            read: paths.by_ref().take(read_count).collect(),
-            written: paths.collect(),
-        }
-    }
-
     /// Returns the paths of all outputs.
     pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
-        let outputs = [&self.output].into_iter().chain(&self.written);
-        outputs.map(PathBuf::as_path)
+        let written = self.written.iter().map(|(_, path)| path);
+        [&self.output]
+            .into_iter()
+            .chain(written)
+            .map(PathBuf::as_path)
     }
 
     /// Rejects an output of no writable format, and one that would replace another output, an input or a lens.
@@ -73,11 +80,13 @@ impl FrameFiles {
             let Ok(target) = output.canonicalize() else {
                 continue;
             };
-            let inputs = [&self.input].into_iter().chain(&self.read);
-            let mut inputs = inputs
-                .map(PathBuf::as_path)
-                .chain(lenses.iter().map(|(_, path)| *path));
-            if inputs.any(|path| path.canonicalize().is_ok_and(|path| path == target)) {
+            let mut inputs = self.read.paths();
+            inputs.push(self.input.clone());
+            inputs.extend(lenses.iter().map(|(_, path)| path.to_path_buf()));
+            if inputs
+                .iter()
+                .any(|path| path.canonicalize().is_ok_and(|path| path == target))
+            {
                 return Err(FileError::new(
                     output,
                     "",

@@ -1,13 +1,12 @@
 //! The options, the reader, the frame queue and the writer that all commands on plates share.
 
 mod adjust;
+mod animated;
 mod args;
-mod background;
 mod colour;
 mod depth;
 mod depth_check;
 mod finished_frame;
-mod focus;
 mod frame_lens;
 mod frames;
 mod look;
@@ -17,10 +16,11 @@ mod queue;
 mod reader;
 mod resume;
 mod run;
+mod side_images;
+mod side_inputs;
 
 pub(crate) use adjust::scaled_amount;
 pub(crate) use args::PlateCommandArgs;
-pub(crate) use background::BackgroundSource;
 pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of, unrepresentable};
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
@@ -28,6 +28,7 @@ pub(crate) use look::LookArgs;
 pub(crate) use queue::FrameWork;
 pub(crate) use reader::{LoadedPlate, LookUse, PlateReader};
 pub(crate) use run::{Run, RunArgs};
+pub(crate) use side_inputs::{SideInputs, channel_parser};
 
 /// The settings of a frame by name, for provenance and residuals.
 pub(crate) type SettingsRecord = Vec<(String, String)>;

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use seidel_colour::{Alphas, ConversionReport};
-use seidel_core::profile::LensProfile;
 use seidel_core::render::MAX_PIXEL_ASPECT;
 use seidel_core::{AlphaKind, Image, LensScale, PlateGeometry, Rectangle};
 
@@ -25,17 +24,6 @@ pub(crate) struct PlateArgs {
     /// Replace NaN and infinite samples by zero, with a warning, instead of stopping
     #[arg(long, help_heading = "Input")]
     scrub: bool,
-    /// Plate pixels per pixel of the lens's frame, along y; if omitted, the display window is as wide as the lens's full
-    /// frame, pixel aspect included
-    #[arg(long, help_heading = "Input", value_name = "RATIO", value_parser = parse_ratio)]
-    lens_scale: Option<f64>,
-    /// Width of the sensor that the display window shows (film back), millimetres: a smaller sensor crops the lens's frame; if
-    /// omitted, the display window is as wide as the frame
-    ///
-    /// Common widths: 36 for full frame, 24.9 for Super 35, 12.5 for Super 16. The lens profile must have a pixel pitch.
-    /// Beyond the frame of the lens its blur is extrapolated.
-    #[arg(long, help_heading = "Input", value_name = "MM", value_parser = parse_ratio, conflicts_with = "lens_scale")]
-    film_back_mm: Option<f64>,
     /// Width of a plate pixel over its height in the scene, such as 2 for an anamorphic plate before desqueezing
     ///
     /// If omitted: the EXR's pixelAspectRatio or the value of the DPX header, else 1. Blur and displacement along x are
@@ -138,51 +126,21 @@ impl PlateArgs {
         .into())
     }
 
-    /// Returns the place of `plate` in the frame of the lens.
+    /// Returns the place of `plate` in the frame of the lens, whose scale on it is `lens_scale`.
     ///
     /// # Errors
     /// Those of [`Self::pixel_aspect`].
-    pub(super) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
+    pub(super) fn geometry(
+        &self,
+        plate: &Plate,
+        lens_scale: LensScale,
+    ) -> Result<PlateGeometry, CommandError> {
         Ok(PlateGeometry {
             display: rectangle(plate.display_window()),
             data: rectangle(plate.data_window()),
             pixel_aspect: self.pixel_aspect(plate)?,
-            lens_scale: self.lens_scale(),
+            lens_scale,
         })
-    }
-
-    fn lens_scale(&self) -> LensScale {
-        match (self.film_back_mm, self.lens_scale) {
-            (Some(width_mm), _) => LensScale::FilmBack(width_mm),
-            (None, Some(ratio)) => LensScale::PixelRatio(ratio),
-            (None, None) => LensScale::FrameWidth,
-        }
-    }
-
-    /// Checks that a film back can be followed by `lens`, read from the file `path`.
-    ///
-    /// # Errors
-    /// A lens of unknown pixel pitch.
-    pub(super) fn check_lens(&self, lens: &LensProfile, path: &Path) -> Result<(), CommandError> {
-        if self.film_back_mm.is_none() || lens.pixel_pitch_um.is_some() {
-            return Ok(());
-        }
-        Err(FileError::new(
-            path,
-            "pixel_pitch_um",
-            "is not known, so --film-back-mm has no size in the frame of the lens",
-            "put the pixel pitch into the lens profile, or give --lens-scale",
-        )
-        .into())
-    }
-
-    /// Returns the scale of the lens's frame on the plate as a setting of the record.
-    pub(super) fn lens_scale_setting(&self) -> String {
-        match self.lens_scale() {
-            LensScale::FrameWidth => "from the display window".to_owned(),
-            LensScale::PixelRatio(ratio) => ratio.to_string(),
-            LensScale::FilmBack(width_mm) => format!("film back of {width_mm} mm"),
-        }
     }
 
     /// Returns the image of `plate`, converted to scene-linear values by `colour`. Adds to `warnings`.

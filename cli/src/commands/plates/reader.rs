@@ -1,19 +1,20 @@
 //! The plates of a run: read, and prepared for the lens of their frame.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, LensProfile, Verdict};
-use seidel_core::{DepthMeaning, Image, PlateGeometry, PreparedPlate, Settings};
+use seidel_core::{DepthMeaning, Image, LensScale, PlateGeometry, PreparedPlate, Settings};
 
+use super::animated::check_columns;
 use super::colour::{ColourPipeline, PlateColour};
-use super::depth::{DepthSource, FrameOrder};
-use super::frame_lens::{FrameLens, check_columns};
+use super::depth::FrameOrder;
+use super::frame_lens::FrameLens;
 use super::look::{LookArgs, look_record};
 use super::plate::{pixel_window, put_image, rectangle};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
-use crate::commands::{CommandError, value_name};
+use crate::commands::CommandError;
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
@@ -22,22 +23,21 @@ use seidel_image_io::windows::{ImageWindows, PixelWindow};
 
 /// A reader of the plates of a run, which prepares them for the lens of their frame.
 pub(crate) struct PlateReader<'a> {
-    args: &'a PlateCommandArgs,
+    pub(super) args: &'a PlateCommandArgs,
     /// The lens profile before any control is set.
     measured: LensProfile,
     lens_file: &'a Path,
-    /// Settings that are not about the lens, and its look.
+    /// The settings of frames that no table changes.
     base: Settings,
     /// The options of the look, where the command has them for this lens.
     look: Option<&'a LookArgs>,
     /// The lens of frames that no table changes.
     lens: FrameLens,
     animation: Option<Animation>,
-    depth: DepthSource,
     /// Conversion of colours, if one is requested.
     colour: Option<ColourPipeline<'a>>,
     /// The meaning of the samples of depth passes.
-    pub(crate) depth_meaning: DepthMeaning,
+    pub(super) depth_meaning: DepthMeaning,
 }
 
 /// The lens that the options of the look change.
@@ -85,14 +85,14 @@ impl<'a> PlateReader<'a> {
         };
         args.plate.check_output(&args.output)?;
         let mut warnings = Vec::new();
-        base.displacement = args.geometry.into();
         let measured = lens_profile::read(lens_file)?;
         let poor = |adequacy: &&Adequacy| adequacy.verdict() != Verdict::Describes;
         if let Some(adequacy) = measured.adequacy().filter(poor) {
             warnings.push(format!("{}: {adequacy}", lens_file.display()));
         }
-        args.plate.check_lens(&measured, lens_file)?;
         let options = &args.lens.options;
+        options.put(&mut base)?;
+        check_film_back(&base, &measured, lens_file)?;
         let lens = options.set(&measured, lens_file, &base, &mut warnings)?;
         let animation = args.lens.animate.as_deref();
         let animation = animation.map(Animation::open).transpose()?;
@@ -100,8 +100,7 @@ impl<'a> PlateReader<'a> {
             check_columns(table, columns)?;
         }
         let depth_meaning = args.depth.meaning()?;
-        let depth = args.depth.source(depth_meaning);
-        depth.check_lens(lens.session.lens(), lens_file)?;
+        (args.depth).check_lens(lens.session.lens(), lens_file)?;
         let colour = args.plate.colour.pipeline(&args.output, &mut warnings)?;
         for warning in warnings {
             console.note(warning);
@@ -114,15 +113,9 @@ impl<'a> PlateReader<'a> {
             look,
             lens,
             animation,
-            depth,
             colour,
             depth_meaning,
         })
-    }
-
-    /// Returns the path or frame pattern of the depth pass, if it has a file of its own.
-    pub(crate) fn depth_pattern(&self) -> Option<&str> {
-        self.depth.file_pattern()
     }
 
     /// Returns whether the option called `name` has values by frame.
@@ -150,12 +143,13 @@ impl<'a> PlateReader<'a> {
         let (Some(table), Some(number)) = (&self.animation, number) else {
             return Ok(self.lens.clone());
         };
-        let options = self.args.lens.options.at_frame(table, number)?;
-        let mut base = self.base.clone();
+        let options = &self.args.lens.options;
+        let mut settings = self.base.clone();
+        options.put_at_frame(table, number, &mut settings)?;
         if let Some(look) = self.look {
-            look.put_at_frame(table, number, &mut base)?;
+            look.put_at_frame(table, number, &mut settings)?;
         }
-        options.set(&self.measured, self.lens_file, &base, warnings)
+        options.set(&self.measured, self.lens_file, &settings, warnings)
     }
 
     /// Returns look and bloom of frame `number` by name, as far as they change the lens or the plate.
@@ -207,13 +201,11 @@ impl<'a> PlateReader<'a> {
         }
         let image = (self.args.plate).image(&plate, colour.as_ref(), &mut warnings)?;
         let lens = self.frame_lens(frame.number, &mut warnings)?;
-        let geometry = self.geometry(&plate)?;
-        // The depth pass is the first file read beside the plate.
-        let depth_file = self.depth_pattern().and(frame.read.first());
-        let depth = self.depth.read(
+        let geometry = self.geometry(&plate, &lens)?;
+        let depth = self.read_depth(
             &plate,
             &geometry,
-            depth_file.map(PathBuf::as_path),
+            frame.read.depth.as_ref(),
             &lens.session,
             order,
             &mut warnings,
@@ -238,7 +230,7 @@ impl<'a> PlateReader<'a> {
     ///
     /// # Errors
     /// An image of another display window, or that does not cover the plate.
-    pub(crate) fn read_beside(
+    pub(super) fn read_beside(
         &self,
         loaded: &mut LoadedPlate,
         file: &Path,
@@ -272,8 +264,9 @@ impl<'a> PlateReader<'a> {
     }
 
     /// Returns the place of `plate` in the frame of the lens.
-    pub(crate) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
-        self.args.plate.geometry(plate)
+    fn geometry(&self, plate: &Plate, lens: &FrameLens) -> Result<PlateGeometry, CommandError> {
+        let lens_scale = lens.session.settings().lens_scale;
+        self.args.plate.geometry(plate, lens_scale)
     }
 
     /// Returns the settings by name that `plate` is rendered with through `lens`.
@@ -283,16 +276,14 @@ impl<'a> PlateReader<'a> {
         plate: &Plate,
     ) -> Result<SettingsRecord, CommandError> {
         let mut record = lens.record.clone();
-        record.extend(self.depth.record());
+        record.extend(self.args.depth.record(self.depth_meaning));
         let working_space = self.colour.as_ref().map(ColourPipeline::working_space);
         record.extend([
-            setting("geometry", value_name(self.args.geometry)),
-            setting("lens-scale", self.args.plate.lens_scale_setting()),
             setting("pixel-aspect", self.args.plate.pixel_aspect(plate)?),
             setting("working-space", working_space.unwrap_or("the plate's")),
         ]);
         if let Some(squeeze) = self.measured.camera.squeeze {
-            let placement = lens.session.place(&self.geometry(plate)?)?;
+            let placement = lens.session.place(&self.geometry(plate, lens)?)?;
             record.extend([
                 setting("squeeze", squeeze),
                 setting("pixel-aspect-on-sensor", placement.sensor_aspect),
@@ -300,6 +291,27 @@ impl<'a> PlateReader<'a> {
         }
         Ok(record)
     }
+}
+
+/// Checks that the lens `measured`, read from the file `path`, can follow the film back of `settings`.
+///
+/// # Errors
+/// A lens of unknown pixel pitch.
+fn check_film_back(
+    settings: &Settings,
+    measured: &LensProfile,
+    path: &Path,
+) -> Result<(), CommandError> {
+    if !matches!(settings.lens_scale, LensScale::FilmBack(_)) || measured.pixel_pitch_um.is_some() {
+        return Ok(());
+    }
+    Err(FileError::new(
+        path,
+        "pixel_pitch_um",
+        "is not known, so --film-back-mm has no size in the frame of the lens",
+        "put the pixel pitch into the lens profile, or give --lens-scale",
+    )
+    .into())
 }
 
 impl LoadedPlate {

@@ -1,7 +1,7 @@
 //! A run over a single plate or the frames of a sequence.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -108,11 +108,12 @@ impl RunArgs {
 
     /// Returns the files of every frame, checked.
     fn expand(&self, files: &Files) -> Result<Vec<FrameFiles>, CommandError> {
+        let read = files.read.paths();
         let mut patterns = vec![files.input, files.output];
-        patterns.extend(&files.read);
+        patterns.extend(read.iter().map(PathBuf::as_path));
         patterns.extend(files.written.iter().map(|(_, pattern)| pattern));
-        let paths = expand_frames(&patterns, self.frames.as_deref())?;
-        if paths.len() > 1 {
+        let numbers = expand_frames(&patterns, self.frames.as_deref())?;
+        if numbers.len() > 1 {
             for (option, pattern) in &files.written {
                 if !FramePattern::parse(pattern).has_frame() {
                     return Err(CommandError::Usage(format!(
@@ -121,8 +122,7 @@ impl RunArgs {
                 }
             }
         }
-        let frames = paths.into_iter();
-        let frames = frames.map(|frame| FrameFiles::new(frame, files.read.len()));
+        let frames = numbers.into_iter().map(|number| files.at_frame(number));
         let frames: Vec<FrameFiles> = frames.collect();
         for frame in &frames {
             frame.check(&files.lenses)?;

@@ -1,15 +1,13 @@
 //! One frame of a run: read, its blur removed, written.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seidel_core::{NoiseGain, RemovedPlate};
 
 use super::RemoveArgs;
 use crate::commands::CommandError;
 use crate::commands::apply::default_rendering_record;
-use crate::commands::plates::{
-    BackgroundSource, FinishedFrame, FrameWork, LoadedPlate, Map, SideFile, setting,
-};
+use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, Map, SideFile, setting};
 use crate::commands::removal::Removal;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
@@ -25,25 +23,9 @@ const NO_FOREGROUND: &str = "--background changes nothing: the plate is nowhere 
 pub(super) struct Job<'a> {
     pub(super) args: &'a RemoveArgs,
     pub(super) removal: Removal<'a>,
-    pub(super) background: &'a BackgroundSource,
 }
 
 impl Job<'_> {
-    /// Adds the background of the frame at `index` to its plate.
-    fn add_background(&self, index: usize, loaded: &mut LoadedPlate) -> Result<(), CommandError> {
-        let reader = self.removal.reader;
-        let depth_passes = usize::from(reader.depth_pattern().is_some());
-        let frame = self.removal.frame(index);
-        let mut files = frame.read.iter().skip(depth_passes).map(PathBuf::as_path);
-        if self.background.plate.is_none() {
-            return Ok(());
-        }
-        let Some(file) = files.next() else {
-            return Ok(());
-        };
-        (self.background).add(reader, loaded, file, files.next())
-    }
-
     /// Returns the difference between the plate and the re-blurred `sharp` plate as its file will hold it.
     fn residual(
         &self,
@@ -150,8 +132,7 @@ impl FrameWork for Job<'_> {
     type Processed = FinishedFrame;
 
     fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        let mut loaded = self.removal.read(index)?;
-        self.add_background(index, &mut loaded)?;
+        let loaded = self.removal.read(index)?;
         if self.args.residual.is_some() && self.output_format(index)? != loaded.plate.format() {
             let problem = format!(
                 "has another format than the plate, which is {}: --residual would not fit it",
@@ -166,11 +147,7 @@ impl FrameWork for Job<'_> {
 
     fn memory_bytes(&self, loaded: &LoadedPlate) -> u64 {
         // Foreground and background are solved one after the other, and kept.
-        let solutions = if self.background.plate.is_some() {
-            2
-        } else {
-            1
-        };
+        let solutions = if self.args.background.is_some() { 2 } else { 1 };
         solutions * self.removal.memory_bytes(loaded)
     }
 
@@ -185,7 +162,8 @@ impl FrameWork for Job<'_> {
     ) -> Result<FinishedFrame, CommandError> {
         let mut plate = loaded.plate.clone();
         let mut removed = None;
-        if loaded.is_neutral() || self.args.strength == 0.0 {
+        let strength = loaded.lens.session.settings().removal.strength;
+        if loaded.is_neutral() || strength == 0.0 {
             loaded.put_unchanged(&mut plate)?;
             (loaded.warnings).push("at --amount 0 or --strength 0 the plate stays as it is".into());
         } else if self.args.only_chroma {
@@ -197,7 +175,7 @@ impl FrameWork for Job<'_> {
                 NoiseGain::Skip
             };
             let result = self.removal.remove(index, &mut loaded, noise_gain)?;
-            if self.background.plate.is_some() && !result.is_split() {
+            if self.args.background.is_some() && !result.is_split() {
                 (loaded.warnings).push(NO_FOREGROUND.into());
             }
             self.put_sharp(index, &loaded, &result, &mut plate)?;
@@ -207,10 +185,9 @@ impl FrameWork for Job<'_> {
             plate.quantise();
         }
         let mut side_files = Vec::new();
-        let paths = &self.removal.frame(index).written;
-        for ((option, _), path) in self.args.side_files().into_iter().zip(paths) {
+        for (option, path) in &self.removal.frame(index).written {
             let removed = removed.as_ref();
-            side_files.push(if option == "--residual" {
+            side_files.push(if *option == "--residual" {
                 let residual = self.residual(index, &loaded, &plate, removed, path)?;
                 SideFile::Residual(Box::new(residual))
             } else {
@@ -218,7 +195,7 @@ impl FrameWork for Job<'_> {
             });
         }
         let mut record = (self.removal.reader).record(&loaded.lens, &loaded.plate)?;
-        record.push(setting("strength", self.args.strength));
+        record.push(setting("strength", strength));
         if self.args.only_chroma {
             record.push(setting("only_chroma", true));
         }

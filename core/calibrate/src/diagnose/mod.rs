@@ -173,7 +173,7 @@ fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {
         LensDescription::Moments(_) => Err(Error::new(
             "kind",
             "is `moments`; a diagnosis needs a lens described by its pupil",
-            "fit the lens with `--model reduced`",
+            "fit the lens with the reduced model",
         )
         .with_kind(seidel_optics::ErrorKind::Unsupported)),
     }

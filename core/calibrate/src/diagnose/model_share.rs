@@ -66,8 +66,8 @@ impl ModelShare {
         } else if lens.provenance.held_nothing_out() {
             return Err(Error::new(
                 "held_out",
-                "is missing: the lens was fitted with --use-all, so what its own model leaves is not known",
-                "give the set that it was fitted to with --design SET, or fit it without --use-all",
+                "is missing: the fit of the lens held no PSFs out, so what its own model leaves is not known",
+                "give the set that it was fitted to, or fit it with PSFs held out",
             )
             .with_kind(ErrorKind::InsufficientData));
         } else {

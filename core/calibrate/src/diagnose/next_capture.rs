@@ -38,13 +38,13 @@ pub(super) fn next(situation: &Situation) -> NextCapture {
         Verdict::ModelTooSimple if situation.model.freedom.is_empty() => NextCapture::new(
             Capture::MorePlaces,
             format!(
-                "{}, and fit the lens again: its model is too simple, and no richer one was found. `seidel eval --shapes` shows the residuals of the lens's own set",
+                "{}, and fit the lens again: its model is too simple, and no richer one was found. Residuals of the lens's own set show what it cannot draw",
                 Capture::MorePlaces.instruction()
             ),
         ),
         Verdict::ModelTooSimple => NextCapture::new(
             Capture::None,
-            "none needed yet: fit the lens again with `seidel fit --model extended`, then diagnose these observations with it",
+            "none needed yet: fit the lens again with the extended model, then diagnose these observations with it",
         ),
         Verdict::NoGap => NextCapture::new(
             Capture::None,

@@ -99,14 +99,14 @@ pub(crate) fn find(
                 "shows another picture than the chart: they correlate by {:.2} at best",
                 aligned.correlation
             ),
-            "give the picture that was printed with --chart, or the chart's four corners with --at",
+            "give the picture that was printed, or the four corners of the chart",
         ));
     }
     if found > 1 {
         return Err(refusal(
             photo,
             format!("shows {found} charts"),
-            "cover the others, or give the corners of one with --at",
+            "cover the others, or give the four corners of one",
         ));
     }
     pose.check(photo, aligned, of_chart)?;
@@ -252,7 +252,7 @@ impl Pose {
             return Err(refusal(
                 photo,
                 "shows the chart mirrored".to_owned(),
-                "photograph the printed side, or mirror the picture of --chart",
+                "photograph the printed side, or mirror the picture of the chart",
             ));
         }
         if self.quarters == 0 {
@@ -270,7 +270,7 @@ impl Pose {
             photo,
             format!("shows the chart {how}"),
             &format!(
-                "turn the picture of --chart as the photograph shows it, or confirm the corners with --at {}",
+                "turn the picture of the chart as the photograph shows it, or confirm its four corners: {}",
                 places.join(",")
             ),
         ))
@@ -285,7 +285,7 @@ fn no_chart(photo: &Photograph) -> Error {
     refusal(
         photo,
         "shows no region of fine texture".to_owned(),
-        "photograph the chart larger and in focus enough, or give its four corners with --at",
+        "photograph the chart larger and in focus enough, or give its four corners",
     )
     .with_kind(ErrorKind::InsufficientData)
 }
@@ -303,9 +303,7 @@ fn other_scene(photo: &Photograph, correlation: f64) -> Error {
 fn not_at_corners(photo: &Photograph, correlation: f64) -> Error {
     refusal(
         photo,
-        format!(
-            "does not show the chart at the corners of --at: they correlate by {correlation:.2}"
-        ),
-        "give the corners from the chart's own top left clockwise, within a few pixels, and the picture that was printed",
+        format!("does not show the chart at the given corners: they correlate by {correlation:.2}"),
+        "give the four corners from the chart's own top left clockwise, within a few pixels, and the picture that was printed",
     )
 }

@@ -65,8 +65,8 @@ impl ChartMap {
             .filter(|h| h.iter().all(|v| v.is_finite()));
         let Some(h) = solved else {
             return Err(Error::new(
-                "--at",
-                "has three corners on one line",
+                "corners",
+                "are not four: three of them lie on one line",
                 "give the four corners of the chart, from the top left clockwise",
             )
             .with_kind(ErrorKind::InvalidInput));

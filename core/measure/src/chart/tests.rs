@@ -256,7 +256,7 @@ fn a_turned_chart_is_measured_at_stated_corners() {
     let error = measure(&photo, &picture(&cells))
         .expect_err("turned")
         .to_string();
-    let corners = error.split("--at ").nth(1).expect("corners");
+    let corners = error.split("corners: ").nth(1).expect("corners");
     let numbers: Vec<f64> = (corners.split(','))
         .map(|n| {
             n.trim_matches(|c: char| !c.is_ascii_digit())

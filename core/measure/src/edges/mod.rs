@@ -453,9 +453,7 @@ fn none_kept(left_out: &[LeftOut]) -> Error {
     let remedy = match most.map(|(why, _)| why) {
         Some(Reason::Clipped) => "expose less, so that the bright side is below the clipping level",
         Some(Reason::LowContrast) => "light the chart better, or print it blacker",
-        Some(Reason::ShortEdge | Reason::Double) => {
-            "print a chart of larger squares: `seidel measure print edges`"
-        }
+        Some(Reason::ShortEdge | Reason::Double) => "print a chart of larger squares",
         Some(Reason::Undersampled) => {
             "turn the chart by 5 to 15 degrees; blur below half a pixel cannot be measured"
         }

@@ -41,10 +41,10 @@ impl Viewing {
     /// A value that is not positive, and a chart within the focal length.
     pub fn check(&self) -> Result<()> {
         let values = [
-            ("--distance-m", self.distance_m),
-            ("--focal-mm", self.focal_mm),
-            ("--pitch-um", self.pitch_um),
-            ("--blur-px", self.blur_px),
+            ("distance_m", self.distance_m),
+            ("focal_mm", self.focal_mm),
+            ("pitch_um", self.pitch_um),
+            ("blur_px", self.blur_px),
         ];
         for (name, value) in values {
             if !(value.is_finite() && value > 0.0) {
@@ -57,7 +57,7 @@ impl Viewing {
         }
         if 1000.0 * self.distance_m <= 2.0 * self.focal_mm {
             return Err(Error::new(
-                "--distance-m",
+                "distance_m",
                 "is closer than twice the focal length",
                 "give the distance from the lens to the chart in metres",
             ));
@@ -169,7 +169,7 @@ fn too_small(what: &str, medium: &Medium) -> Error {
             "of {:.0} x {:.0} mm has no room for {what}",
             medium.width_mm, medium.height_mm
         ),
-        "give a larger --paper, a shorter --distance-m or a smaller --blur-px",
+        "give a larger sheet, a shorter distance or a smaller blur",
     )
 }
 

@@ -68,7 +68,7 @@ impl Effect for Anamorphic {
             summary: "the lens has two focal lengths: elliptical discs, another focus along x than along y",
             title: "an anamorphic squeeze",
             meaning: "The lens focuses and magnifies differently along x and along y: out-of-focus discs are ellipses.",
-            action: "State camera.squeeze in the manifest and fit again with `seidel fit --model extended`. Make sure that both sets are squeezed, or both desqueezed.",
+            action: "State camera.squeeze in the manifest and fit again with the extended model. Make sure that both sets are squeezed, or both desqueezed.",
             parameters: &PARAMETERS,
             symmetry: Symmetry::TwoPlanes,
             far_out_of_focus: Some("both discs are ellipses"),

@@ -77,7 +77,7 @@ impl Effect for AperturePolygon {
             summary: "the iris has blades: discs are polygons, mirrored through focus",
             title: "iris blades",
             meaning: "The iris is a polygon: out-of-focus highlights have corners.",
-            action: "Use corrected.json at this f-number, or fit again with `seidel fit --model extended` to PSFs far out of focus. Profiles of other stops need PSFs of their own.",
+            action: "Use corrected.json at this f-number, or fit again with the extended model to PSFs far out of focus. Profiles of other stops need PSFs of their own.",
             parameters: &PARAMETERS,
             symmetry: Symmetry::None,
             far_out_of_focus: Some("the discs have corners"),

@@ -49,7 +49,7 @@ impl Effect for Apodisation {
             summary: "the pupil is not evenly clear: soft-edged or ring-edged discs on both sides of focus",
             title: "an uneven pupil",
             meaning: "The pupil does not transmit evenly: out-of-focus discs have soft or bright rims on both sides of focus.",
-            action: "Look for haze, a smooth-transition filter or a mirror's shadow. Use corrected.json, or fit again with `seidel fit --model extended`.",
+            action: "Look for haze, a smooth-transition filter or a mirror's shadow. Use corrected.json, or fit again with the extended model.",
             parameters: &PARAMETERS,
             far_out_of_focus: Some("the rims of both discs are soft or bright"),
             two_stops_down: "the edge of the disc hardens",

@@ -130,7 +130,7 @@ impl Effect for DoublePlane {
             summary: "the lens has two planes of symmetry: aberrations differ between x and y",
             title: "two planes of symmetry",
             meaning: "The lens has cylindrical elements, as anamorphic lenses do, so its aberrations differ along x and along y.",
-            action: "Fit the lens again with `seidel fit --model extended` and PSFs in all quarters of the frame.",
+            action: "Fit the lens again with the extended model and PSFs in all quarters of the frame.",
             parameters: &PARAMETERS,
             // A lens is designed so.
             is_cause: false,

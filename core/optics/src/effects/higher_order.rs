@@ -50,7 +50,7 @@ impl Effect for HigherOrder {
             summary: "fifth-order aberrations: rings and flares in discs, corners that grow worse faster",
             title: "fifth-order aberrations",
             meaning: "The lens has stronger fifth-order aberrations than its profile: rings and flares in its discs, corners that worsen faster.",
-            action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners. If an extended profile was right before, have the spacing of the elements checked.",
+            action: "Fit the lens again with the extended model and PSFs up to the corners. If an extended profile was right before, have the spacing of the elements checked.",
             parameters: &PARAMETERS,
             field_need: FieldNeed::Radii,
             far_out_of_focus: Some("the discs have rings and flares"),

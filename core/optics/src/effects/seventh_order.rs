@@ -57,7 +57,7 @@ impl Effect for SeventhOrder {
             summary: "seventh-order aberrations: corners that differ from fifth order",
             title: "seventh-order aberrations",
             meaning: "The lens has aberrations of seventh order, which show in the corners of fast and wide lenses.",
-            action: "Fit the lens again with `seidel fit --model extended` and PSFs up to the corners.",
+            action: "Fit the lens again with the extended model and PSFs up to the corners.",
             parameters: &PARAMETERS,
             // A lens is designed so.
             is_cause: false,

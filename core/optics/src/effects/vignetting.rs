@@ -62,7 +62,7 @@ impl Effect for Vignetting {
             summary: "the barrel clips oblique pencils: discs become cat's eyes towards the corners",
             title: "vignetting",
             meaning: "The barrel, a hood or a filter ring clips oblique light: out-of-focus discs become cat's eyes towards the corners.",
-            action: "Remove hood and filters and look again. If it stays, it is the lens's own: use corrected.json, or fit again with `seidel fit --model extended`.",
+            action: "Remove hood and filters and look again. If it stays, it is the lens's own: use corrected.json, or fit again with the extended model.",
             parameters: &PARAMETERS,
             field_need: FieldNeed::Radii,
             far_out_of_focus: Some("only the disc in the corner is cut"),

@@ -92,7 +92,9 @@ pub fn by_name(name: &str) -> Result<&'static LibraryLens> {
         Error::new(
             format!("{PREFIX}{name}"),
             "is not the name of a lens of the library",
-            format!("the nearest name is {PREFIX}{nearest}; `seidel lens list` shows all"),
+            format!(
+                "the nearest name is {PREFIX}{nearest}; choose it or another lens of the library"
+            ),
         )
     })
 }

@@ -137,7 +137,7 @@ impl Predictor {
             format!("PSF model `{id}`"),
             "needs a lens profile of the kind `pupil`; this one has the kind `moments`",
             format!(
-                "fit the lens with `--model reduced`, or use one of: {}",
+                "fit the lens with the reduced model, or use one of: {}",
                 others.join(", ")
             ),
         )

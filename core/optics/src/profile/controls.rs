@@ -29,6 +29,9 @@ pub struct Controls {
 }
 
 impl Controls {
+    /// A control that is left out, in words.
+    pub const AS_MEASURED: &str = "as measured";
+
     /// Returns whether all controls keep their measured values.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -67,7 +70,7 @@ impl LensProfile {
             return Err(Error::new(
                 "lens controls",
                 "need a lens profile of the kind `pupil`; this one has the kind `moments`",
-                "fit the lens with `--model reduced`, or leave focus, f-number and sensor as measured",
+                "fit the lens with the reduced model, or leave focus, f-number and sensor as measured",
             )
             .with_kind(ErrorKind::Unsupported));
         };

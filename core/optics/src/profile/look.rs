@@ -96,6 +96,15 @@ impl Blades {
     /// Valid directions, degrees.
     pub const ROTATION_DEG: LookRange = LookRange::new(-180.0, 180.0, 0.0);
 
+    /// Returns `count` straight blades with a corner to the right.
+    pub fn straight(count: u32) -> Self {
+        Self {
+            count,
+            roundness: Self::ROUNDNESS.neutral,
+            rotation_deg: Self::ROTATION_DEG.neutral,
+        }
+    }
+
     fn check(&self) -> Result<()> {
         let (least, most) = Self::COUNTS;
         if self.count != 0 && !(least..=most).contains(&self.count) {
@@ -198,7 +207,7 @@ impl LensProfile {
             return Err(Error::new(
                 "look",
                 "needs a lens profile of the kind `pupil`; this one has the kind `moments`, which says nothing about the pupil",
-                "fit the lens with `--model reduced`, or leave the look as measured",
+                "fit the lens with the reduced model, or leave the look as measured",
             )
             .with_kind(ErrorKind::Unsupported));
         };

@@ -55,11 +55,11 @@ impl FocusControls {
             }
     }
 
-    /// Checks the values.
+    /// Checks the focus plane.
     ///
     /// # Errors
-    /// Values that are not finite or out of range, by name.
-    pub fn check(&self) -> Result<()> {
+    /// A vergence that is not finite.
+    fn check(&self) -> Result<()> {
         if let Some(focus) = self.focus_per_m.filter(|v| !v.is_finite()) {
             return Err(Error::new(
                 "focus plane",
@@ -67,35 +67,7 @@ impl FocusControls {
                 "give one over its distance in metres, 0 for infinity",
             ));
         }
-        if !(self.depth_of_field_m >= 0.0 && self.depth_of_field_m.is_finite()) {
-            return Err(Error::new(
-                "depth of field",
-                format!("is {} m", self.depth_of_field_m),
-                "give metres from 0 up",
-            ));
-        }
-        for (name, factor) in [
-            ("front multiplier", self.front),
-            ("back multiplier", self.back),
-        ] {
-            if !(0.0..=MAX_MULTIPLIER).contains(&factor) {
-                return Err(Error::new(
-                    name,
-                    format!("is {factor}"),
-                    format!(
-                        "give a number from 0 (as in focus) to {MAX_MULTIPLIER}; 1 is the blur of the lens"
-                    ),
-                ));
-            }
-        }
-        match self.maximum_px {
-            Some(size) if !(size > 0.0 && size.is_finite()) => Err(Error::new(
-                "maximum size",
-                format!("is {size} px"),
-                "give a radius above zero, in pixels of the plate",
-            )),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 }
 
@@ -136,7 +108,7 @@ impl FocusRemap {
     /// Resolves `controls` for `lens` on `plate`.
     ///
     /// # Errors
-    /// Invalid values; a lens whose blur does not depend on distance; and a range around a focus plane at infinity.
+    /// A focus plane that is not finite; a lens whose blur does not depend on distance; and a range around a focus plane at infinity.
     pub fn new(lens: &dyn BlurField, plate: PlateExtent, controls: &FocusControls) -> Result<Self> {
         controls.check()?;
         let mut range = Self {

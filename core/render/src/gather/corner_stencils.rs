@@ -277,7 +277,10 @@ fn draw_all(
     let pen = KernelPen {
         lens,
         grid,
-        compensation: passband::compensation_filter(grid.level, narrowest),
+        compensation: match lens.kernels {
+            Some(store) => store.filters.filter(grid.level, narrowest),
+            None => passband::compensation_filter(grid.level, narrowest),
+        },
         truncation,
         reach,
         narrowest,

@@ -4,6 +4,7 @@
 //! render of a frame with other knobs that leave the blur alone, need the same ones. A kernel is known by the blur that it
 //! draws, so a store serves any lens and any settings, and no change of them makes it wrong.
 
+use super::passband::FilterStore;
 use super::side_store::SideStore;
 use super::stencil::Stencil;
 use crate::scatter::Source;
@@ -116,12 +117,13 @@ impl Shard {
     }
 }
 
-/// Kernels that renders have drawn and tile sides that they have measured, kept for the next ones. The kernels take at most
+/// Kernels that renders have drawn, tile sides that they have measured and filters that they have fitted, kept for the next ones. The kernels take at most
 /// 160 MiB.
 pub struct KernelStore {
     shards: [Mutex<Shard>; SHARDS],
-    /// Tile sides, which take little memory.
+    // Both take little memory.
     pub(super) sides: SideStore,
+    pub(super) filters: FilterStore,
     /// Number of renders begun.
     renders: AtomicU64,
     most_bytes: usize,
@@ -147,6 +149,7 @@ impl KernelStore {
         Self {
             shards: Default::default(),
             sides: SideStore::default(),
+            filters: FilterStore::default(),
             renders: AtomicU64::new(0),
             most_bytes,
         }

@@ -25,23 +25,23 @@ const WEIGHT_CORNER: f64 = 0.03;
 /// The middle tap of a filter and the taps to one side.
 pub(super) type Filter = [f64; SIDE_TAPS + 1];
 
+/// Filters kept from one render to the next: every crop of every depth layer asks for the same few, and a fit takes 0.1 ms.
+#[derive(Default)]
+pub(super) struct FilterStore(Mutex<BTreeMap<(u32, u64), Filter>>);
+
+impl FilterStore {
+    /// Returns the [`compensation_filter`].
+    pub(super) fn filter(&self, level: u32, sigma: f64) -> Filter {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (level, sigma.to_bits());
+        *(known.entry(key)).or_insert_with(|| compensation_filter(level, sigma))
+    }
+}
+
 /// Returns the filter for kernels of at least `sigma` pixels of `level`.
 ///
 /// At level 0 it is the identity.
 pub(super) fn compensation_filter(level: u32, sigma: f64) -> Filter {
-    // Every crop of every depth layer asks for the same few.
-    static KNOWN: Mutex<BTreeMap<(u32, u64), Filter>> = Mutex::new(BTreeMap::new());
-    let key = (level, sigma.to_bits());
-    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(filter) = known().get(&key) {
-        return *filter;
-    }
-    let filter = fitted_filter(level, sigma);
-    known().insert(key, filter);
-    filter
-}
-
-fn fitted_filter(level: u32, sigma: f64) -> Filter {
     let mut filter = [0.0; SIDE_TAPS + 1];
     filter[0] = 1.0;
     if level == 0 {
@@ -49,18 +49,19 @@ fn fitted_filter(level: u32, sigma: f64) -> Filter {
     }
     let wave = |k: usize, u: f64| 2.0 * (TAU * k as f64 * u).cos() - 2.0;
     let frequency = |row: usize| (row as f64 + 0.5) / (2 * FREQUENCIES) as f64;
-    let attenuation = |u: f64| -> f64 {
-        let stages = (1..=level).map(|j| response(u / f64::from(1_u32 << j)).powi(2));
-        stages.product()
+    let attenuation = |row: usize| -> f64 {
+        let fine = |j: u32| frequency(row) / f64::from(1_u32 << j);
+        (1..=level).map(|j| response(fine(j)).powi(2)).product()
     };
+    let attenuation: Vec<f64> = (0..FREQUENCIES).map(attenuation).collect();
     let weight = |u: f64| (-0.5 * (TAU * sigma * u).powi(2)).exp() / (u + WEIGHT_CORNER);
     let matrix = DMatrix::from_fn(FREQUENCIES, SIDE_TAPS, |row, k| {
         let u = frequency(row);
-        weight(u) * attenuation(u) * wave(k + 1, u)
+        weight(u) * attenuation[row] * wave(k + 1, u)
     });
     let missing = DVector::from_fn(FREQUENCIES, |row, _| {
         let u = frequency(row);
-        weight(u) * (1.0 - attenuation(u))
+        weight(u) * (1.0 - attenuation[row])
     });
     if let Ok(found) = matrix.svd(true, true).solve(&missing, 1e-9) {
         for k in 0..SIDE_TAPS {

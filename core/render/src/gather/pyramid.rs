@@ -6,7 +6,7 @@
 
 use super::image::{Image, Rect, View};
 use rayon::prelude::*;
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 /// Taps along one axis.
 pub(super) const TAPS: usize = 12;
@@ -16,15 +16,12 @@ const CUTOFF: f64 = 0.22;
 const KAISER: f64 = 5.0;
 const HALF: i32 = TAPS as i32 / 2;
 
-/// Returns the taps, of unit sum.
-fn taps() -> [f32; TAPS] {
-    exact_taps().map(|tap| tap as f32)
-}
+/// The taps, of unit sum.
+static EXACT_TAPS: LazyLock<[f64; TAPS]> = LazyLock::new(computed_taps);
 
-/// Returns the taps; they are computed once.
-fn exact_taps() -> [f64; TAPS] {
-    static COMPUTED: OnceLock<[f64; TAPS]> = OnceLock::new();
-    *COMPUTED.get_or_init(computed_taps)
+/// Returns the taps as they are applied to samples.
+fn taps() -> [f32; TAPS] {
+    EXACT_TAPS.map(|tap| tap as f32)
 }
 
 fn computed_taps() -> [f64; TAPS] {
@@ -41,8 +38,7 @@ fn computed_taps() -> [f64; TAPS] {
 
 /// Returns the frequency response of the low-pass at `frequency`, cycles per fine pixel.
 pub(super) fn response(frequency: f64) -> f64 {
-    let taps = exact_taps();
-    let waves = taps.iter().enumerate().map(|(k, tap)| {
+    let waves = EXACT_TAPS.iter().enumerate().map(|(k, tap)| {
         let at = k as f64 - f64::from(HALF) + 0.5;
         tap * (std::f64::consts::TAU * frequency * at).cos()
     });

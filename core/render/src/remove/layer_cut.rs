@@ -58,7 +58,9 @@ impl LayerCut {
         let front = coordinates.iter().map(nearness_at).collect();
         let largest = coordinates.iter().map(|at| layers.size(*at));
         // Kernels of the hidden surface reach across the edge from one side, and those of the near surface from the other.
-        let reach = (2.0 * largest.fold(0.0, f32::max)).ceil() as usize + 2;
+        let whole_plate = (scene.width + scene.height) as f32;
+        let reach = 2.0 * largest.fold(0.0, f32::max);
+        let reach = reach.min(whole_plate).ceil() as usize + 2;
         Self {
             surface: HiddenSurface::new(front, scene.width, reach),
             layers,

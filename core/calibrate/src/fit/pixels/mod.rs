@@ -72,13 +72,13 @@ pub struct PupilSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PupilModel {
     /// The five reduced numbers (third-order aberrations) and a symmetric blur.
-    #[default]
     Reduced,
     /// Also fifth-order aberrations, and every part that improves held-out zones of the field: vignetting, blades, an
     /// uneven pupil, decentred elements, seventh order, two planes of symmetry.
     Extended,
     /// [`PupilModel::Extended`] where the held-out pixel gap of [`PupilModel::Reduced`] is above 0.001 and the
     /// extended model gains at least 1 dB on the held-out PSFs; [`PupilModel::Reduced`] otherwise.
+    #[default]
     Auto,
 }
 

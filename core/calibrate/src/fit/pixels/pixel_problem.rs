@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
-use super::tile_equations::{Buffers, FitTile, MisfitSettings, TileEquations, TileParameters};
+use super::tile_equations::{Comparison, FitTile, MisfitSettings, TileEquations, TileParameters};
 use crate::least_squares::{
     CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
@@ -94,12 +94,15 @@ impl PixelProblem<'_> {
     pub(super) fn at(&self, theta: Vec<f64>, own: Vec<TileParameters>) -> PixelPoint {
         let pairs = self.tiles.par_iter().zip(&own);
         let misfits: Vec<f64> = pairs
-            .map_init(Buffers::default, |buffers, (tile, own)| {
-                let pupil = self
-                    .layout
-                    .pupil(&theta, tile.channel, tile.at, tile.vergence);
-                tile.misfit(&pupil, own, self.settings, buffers)
-            })
+            .map_init(
+                || Comparison::new(self.settings),
+                |comparison, (tile, own)| {
+                    let pupil = self
+                        .layout
+                        .pupil(&theta, tile.channel, tile.at, tile.vergence);
+                    tile.misfit(&pupil, own, comparison)
+                },
+            )
             .collect();
         let freedoms = self.tiles.iter().map(|tile| tile.freedom(self.settings));
         PixelPoint {
@@ -117,9 +120,12 @@ impl PixelProblem<'_> {
         point.equations.get_or_init(|| {
             let pairs = self.tiles.par_iter().zip(&point.own);
             pairs
-                .map_init(Buffers::default, |buffers, (tile, own)| {
-                    tile.system(self.layout, &point.theta, own, self.settings, buffers)
-                })
+                .map_init(
+                    || Comparison::new(self.settings),
+                    |comparison, (tile, own)| {
+                        tile.system(self.layout, &point.theta, own, comparison)
+                    },
+                )
                 .collect()
         })
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::context::{FitContext, FittedLens, STRICT_TOLERANCE};
-use super::tile_equations::{Buffers, FitTile};
+use super::tile_equations::{Comparison, FitTile};
 use crate::measure::{MeasuredTile, set_origins};
 
 /// Variance of a PSF along x or y, px², below which its centroid by pixels is off by more than a hundredth of a pixel.
@@ -23,13 +23,16 @@ pub(super) fn registered_tiles(context: &FitContext, fit: &FittedLens) -> Vec<Me
     let placed: Vec<[f64; 2]> = narrow
         .par_iter()
         .zip(context.tile_parameters(&narrow))
-        .map_init(Buffers::default, |buffers, (tile, own)| {
-            let pupil = fit
-                .layout
-                .pupil(&fit.theta, tile.channel, tile.at, tile.vergence);
-            let own = tile.best_registration(&pupil, own, settings, buffers);
-            own.centroid
-        })
+        .map_init(
+            || Comparison::new(settings),
+            |comparison, (tile, own)| {
+                let pupil = fit
+                    .layout
+                    .pupil(&fit.theta, tile.channel, tile.at, tile.vergence);
+                let own = tile.best_registration(&pupil, own, comparison);
+                own.centroid
+            },
+        )
         .collect();
     for (tile, [x, y]) in narrow.into_iter().zip(placed) {
         let m = &mut measured[tile.measured];

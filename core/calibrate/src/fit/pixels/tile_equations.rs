@@ -199,13 +199,39 @@ pub(super) struct MisfitSettings {
     pub(super) tolerance: f64,
 }
 
-/// Working memory of one thread.
-#[derive(Debug, Default)]
-pub(super) struct Buffers {
+/// The comparison of tiles with the model: its settings, and the working memory of one thread.
+#[derive(Debug)]
+pub(super) struct Comparison {
+    settings: MisfitSettings,
     space: Workspace,
     drawn: PsfImage,
+    /// Values of each pixel, and the same under the metric.
     rows: Vec<f64>,
     weighed: Vec<f64>,
+}
+
+impl Comparison {
+    pub(super) fn new(settings: MisfitSettings) -> Self {
+        Self {
+            settings,
+            space: Workspace::default(),
+            drawn: PsfImage::default(),
+            rows: Vec::new(),
+            weighed: Vec::new(),
+        }
+    }
+
+    fn draw(&mut self, pupil: &LocalPupil, grid: &TileGrid, derivatives: &[PupilDerivative]) {
+        let (detail, space) = (self.settings.detail, &mut self.space);
+        draw(pupil, grid, derivatives, detail, space, &mut self.drawn);
+    }
+
+    /// Applies the metric to the rows, of `depth` values for each pixel of a tile of `size`.
+    fn weigh(&mut self, depth: usize, size: (usize, usize)) -> &[f64] {
+        let metric = self.settings.metric;
+        metric.apply(&self.rows, depth, size.0, size.1, &mut self.weighed);
+        &self.weighed
+    }
 }
 
 impl FitTile {
@@ -220,14 +246,12 @@ impl FitTile {
     }
 
     /// Returns the weight of residual samples: 1 / noise, or 1 / norm of the signal.
-    fn unit(&self, misfit_settings: MisfitSettings, buffers: &mut Buffers) -> f64 {
-        if misfit_settings.metric == Metric::Pixels && self.sigma > 0.0 {
+    fn unit(&self, comparison: &mut Comparison) -> f64 {
+        if comparison.settings.metric == Metric::Pixels && self.sigma > 0.0 {
             return 1.0 / self.sigma;
         }
-        let Buffers { weighed, .. } = buffers;
-        misfit_settings
-            .metric
-            .apply(&self.light, 1, self.size.0, self.size.1, weighed);
+        comparison.rows.clone_from(&self.light);
+        let weighed = comparison.weigh(1, self.size);
         1.0 / dot(weighed, weighed).sqrt()
     }
 
@@ -268,33 +292,24 @@ impl FitTile {
         &self,
         pupil: &LocalPupil,
         own: &TileParameters,
-        misfit_settings: MisfitSettings,
-        buffers: &mut Buffers,
+        comparison: &mut Comparison,
     ) -> f64 {
-        let unit = self.unit(misfit_settings, buffers);
+        let unit = self.unit(comparison);
         let grid = self.grid(pupil, own.centroid);
-        let Buffers {
-            space,
-            drawn,
-            rows,
-            weighed,
-        } = buffers;
-        draw(pupil, &grid, &[], misfit_settings.detail, space, drawn);
-        rows.clear();
-        for (k, &model) in drawn.light.iter().enumerate() {
+        comparison.draw(pupil, &grid, &[]);
+        comparison.rows.clear();
+        for (k, &model) in comparison.drawn.light.iter().enumerate() {
             let weight = self.weight(k);
             let residual = if weight > 0.0 {
                 (self.light[k] - own.flux * model) * weight
             } else {
                 0.0
             };
-            rows.push(residual);
+            comparison.rows.push(residual);
         }
-        misfit_settings
-            .metric
-            .apply(rows, 1, self.size.0, self.size.1, weighed);
+        let weighed = comparison.weigh(1, self.size);
         let square = dot(weighed, weighed) * unit * unit;
-        square / self.freedom(misfit_settings)
+        square / self.freedom(comparison.settings)
     }
 
     /// Returns `own` with the centroid where `pupil` fits the pixels best, if they do not tell it themselves.
@@ -302,11 +317,10 @@ impl FitTile {
         &self,
         pupil: &LocalPupil,
         own: TileParameters,
-        misfit_settings: MisfitSettings,
-        buffers: &mut Buffers,
+        comparison: &mut Comparison,
     ) -> TileParameters {
         if self.centroid_unknown {
-            self.best_registration(pupil, own, misfit_settings, buffers)
+            self.best_registration(pupil, own, comparison)
         } else {
             own
         }
@@ -317,17 +331,15 @@ impl FitTile {
         &self,
         pupil: &LocalPupil,
         own: TileParameters,
-        misfit_settings: MisfitSettings,
-        buffers: &mut Buffers,
+        comparison: &mut Comparison,
     ) -> TileParameters {
         if !self.is_mosaic {
             return own;
         }
         let grid = self.grid(pupil, own.centroid);
-        let Buffers { space, drawn, .. } = buffers;
-        draw(pupil, &grid, &[], misfit_settings.detail, space, drawn);
+        comparison.draw(pupil, &grid, &[]);
         let (mut product, mut power) = (0.0, 0.0);
-        for (k, &model) in drawn.light.iter().enumerate() {
+        for (k, &model) in comparison.drawn.light.iter().enumerate() {
             let weight = self.weight(k).powi(2);
             product += weight * self.light[k] * model;
             power += weight * model * model;
@@ -348,21 +360,20 @@ impl FitTile {
         &self,
         pupil: &LocalPupil,
         own: TileParameters,
-        misfit_settings: MisfitSettings,
-        buffers: &mut Buffers,
+        comparison: &mut Comparison,
     ) -> TileParameters {
-        let own = self.with_best_flux(pupil, own, misfit_settings, buffers);
-        let mut best = (self.misfit(pupil, &own, misfit_settings, buffers), own);
+        let own = self.with_best_flux(pupil, own, comparison);
+        let mut best = (self.misfit(pupil, &own, comparison), own);
         for _ in 0..REGISTRATION_STEPS {
-            let Some(step) = self.centroid_step(pupil, &best.1, misfit_settings, buffers) else {
+            let Some(step) = self.centroid_step(pupil, &best.1, comparison) else {
                 break;
             };
             let mut moved = best.1;
             for ((to, by), start) in moved.centroid.iter_mut().zip(step).zip(own.centroid) {
                 *to = (*to + by).clamp(start - MAX_SHIFT_PX, start + MAX_SHIFT_PX);
             }
-            let moved = self.with_best_flux(pupil, moved, misfit_settings, buffers);
-            let misfit = self.misfit(pupil, &moved, misfit_settings, buffers);
+            let moved = self.with_best_flux(pupil, moved, comparison);
+            let misfit = self.misfit(pupil, &moved, comparison);
             if misfit >= best.0 {
                 break;
             }
@@ -376,19 +387,13 @@ impl FitTile {
         &self,
         pupil: &LocalPupil,
         own: &TileParameters,
-        misfit_settings: MisfitSettings,
-        buffers: &mut Buffers,
+        comparison: &mut Comparison,
     ) -> Option<[f64; 2]> {
         let tilts = [Wavefront::tilt(1.0, 0.0), Wavefront::tilt(0.0, 1.0)];
         let tilts = tilts.map(PupilDerivative::from_wavefront);
         let grid = self.grid(pupil, own.centroid);
-        let Buffers {
-            space,
-            drawn,
-            rows,
-            weighed,
-        } = buffers;
-        draw(pupil, &grid, &tilts, misfit_settings.detail, space, drawn);
+        comparison.draw(pupil, &grid, &tilts);
+        let Comparison { drawn, rows, .. } = &mut *comparison;
         let stride = PsfImage::stride(tilts.len());
         rows.clear();
         for (k, light) in drawn.light.iter().enumerate() {
@@ -397,10 +402,9 @@ impl FitTile {
             let row = [self.light[k] - own.flux * light, slopes[0], slopes[1]];
             rows.extend(row.map(|v| if weight > 0.0 { v * weight } else { 0.0 }));
         }
-        let (width, height) = self.size;
-        (misfit_settings.metric).apply(rows, 1 + tilts.len(), width, height, weighed);
+        let depth = 1 + tilts.len();
         let mut sums = RegistrationSums::default();
-        for row in weighed.chunks_exact(1 + tilts.len()) {
+        for row in comparison.weigh(depth, self.size).chunks_exact(depth) {
             sums.add(row[0], [row[1] * own.flux, row[2] * own.flux]);
         }
         sums.step()
@@ -421,29 +425,16 @@ impl FitTile {
         layout: &ParameterLayout,
         theta: &[f64],
         own: &TileParameters,
-        misfit_settings: MisfitSettings,
-        buffers: &mut Buffers,
+        comparison: &mut Comparison,
     ) -> TileEquations {
-        let unit = self.unit(misfit_settings, buffers);
+        let unit = self.unit(comparison);
         let pupil = layout.pupil(theta, self.channel, self.at, self.vergence);
         let changes = layout.changes(theta, self.channel, self.at, self.vergence);
         let directions = TangentBasis::of(&changes);
         let tangents = directions.tangents();
         let grid = self.grid(&pupil, own.centroid);
-        let Buffers {
-            space,
-            drawn,
-            rows,
-            weighed,
-        } = buffers;
-        draw(
-            &pupil,
-            &grid,
-            &tangents,
-            misfit_settings.detail,
-            space,
-            drawn,
-        );
+        comparison.draw(&pupil, &grid, &tangents);
+        let Comparison { drawn, rows, .. } = &mut *comparison;
         // One row per pixel: residual, flux, centroid, basis directions, blur.
         let stride = PsfImage::stride(tangents.len());
         let width = 1 + TILE_PARAMETERS + directions.count();
@@ -462,11 +453,8 @@ impl FitTile {
             }
             row[width - 1] = drawn.blur_derivative[k] * own.flux * unit;
         }
-        misfit_settings
-            .metric
-            .apply(rows, width, self.size.0, self.size.1, weighed);
         let mut sums = vec![0.0; width * width];
-        for row in weighed.chunks_exact(width) {
+        for row in comparison.weigh(width, self.size).chunks_exact(width) {
             for (a, sums) in row.iter().zip(sums.chunks_exact_mut(width)) {
                 for (sum, b) in sums.iter_mut().zip(row) {
                     *sum += a * b;
@@ -478,7 +466,7 @@ impl FitTile {
             &all,
             &directions.shares(&changes),
             &changes,
-            misfit_settings,
+            comparison.settings,
         )
     }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::context::{FitContext, FittedLens, LENIENT_TOLERANCE, STRICT_TOLERANCE, subsample};
 use super::parameters::{ModelStructure, ParameterLayout, PolynomialSpec, Quantity};
-use super::tile_equations::{Buffers, FitTile, MisfitSettings};
+use super::tile_equations::{Comparison, FitTile, MisfitSettings};
 use crate::fit::holdout;
 use crate::least_squares::Stop;
 use crate::stage::Stage;
@@ -178,11 +178,14 @@ pub(super) fn misfits(
     tiles
         .par_iter()
         .zip(context.tile_parameters(tiles))
-        .map_init(Buffers::default, |buffers, (tile, own)| {
-            let pupil = layout.pupil(theta, tile.channel, tile.at, tile.vergence);
-            let own = tile.registered(&pupil, own, misfit_settings, buffers);
-            tile.misfit(&pupil, &own, misfit_settings, buffers)
-        })
+        .map_init(
+            || Comparison::new(misfit_settings),
+            |comparison, (tile, own)| {
+                let pupil = layout.pupil(theta, tile.channel, tile.at, tile.vergence);
+                let own = tile.registered(&pupil, own, comparison);
+                tile.misfit(&pupil, &own, comparison)
+            },
+        )
         .collect()
 }
 

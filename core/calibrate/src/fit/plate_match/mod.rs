@@ -214,7 +214,7 @@ impl Matched {
                     "has {count} edges and lights that can be measured in channel {}, a match needs {MIN_SAMPLES}",
                     set.channels[reference]
                 ),
-                "give a plate with more straight, well-lit edges, or photograph a chart: `seidel measure edges`",
+                "give a plate with more straight, well-lit edges, or measure the edges of a chart",
             )
             .with_kind(ErrorKind::InsufficientData));
         }
@@ -272,7 +272,7 @@ impl Matched {
         Err(Error::new(
             "plate",
             format!("{problem}{known}"),
-            "give a plate with sharp edges in focus, or photograph a chart: `seidel measure edges`",
+            "give a plate with sharp edges in focus, or measure the edges of a chart",
         )
         .with_kind(ErrorKind::InsufficientData))
     }

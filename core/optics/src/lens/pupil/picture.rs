@@ -64,6 +64,18 @@ impl AperturePicture {
         })
     }
 
+    /// Returns the samples of a picture of `count` pixels: the mean of its colours, 1 where it has none, times its alpha.
+    pub fn transmission(count: usize, colours: &[&[f32]], alpha: Option<&[f32]>) -> Vec<f32> {
+        let mut samples = vec![if colours.is_empty() { 1.0 } else { 0.0 }; count];
+        let share = 1.0 / colours.len().max(1) as f32;
+        for colour in colours {
+            (samples.iter_mut().zip(*colour)).for_each(|(sum, v)| *sum += share * v);
+        }
+        let alpha = alpha.into_iter().flatten();
+        (samples.iter_mut().zip(alpha)).for_each(|(sample, alpha)| *sample *= alpha);
+        samples
+    }
+
     /// Returns the transmission at pupil point `u`, with x to the right of the picture and y down.
     pub fn at(&self, u: [f64; 2]) -> f64 {
         let place = u.map(|u| {

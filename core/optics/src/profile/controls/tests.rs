@@ -272,7 +272,7 @@ fn invalid_controls_are_rejected_with_a_remedy() {
     dark.camera.f_number = Some(1e9);
     let one_metre = focus(ObjectDistance::Metres(1.0));
     for (lens, controls, expected) in [
-        (&moments, f_number(4.0), "--model reduced"),
+        (&moments, f_number(4.0), "reduced model"),
         (&flat, one_metre, "one object distance"),
         (&lens, focus(ObjectDistance::Metres(0.04)), "focal length"),
         (&lens, focus(ObjectDistance::Unknown), "is unknown"),
@@ -285,7 +285,7 @@ fn invalid_controls_are_rejected_with_a_remedy() {
         (&bare, focal_length(85.0), "camera.focal_length_mm"),
         (&lens, focal_length(0.0), "at most 64 times"),
         (&lens, focal_length(f64::NAN), "at most 64 times"),
-        (&moments, focal_length(85.0), "--model reduced"),
+        (&moments, focal_length(85.0), "reduced model"),
         (&lens, shift(f64::INFINITY), "sensor shift"),
     ] {
         let error = lens.with_controls(&controls).expect_err(expected);

@@ -167,7 +167,7 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T> {
         Error::new(
             place,
             problem.unwrap_or(&message).to_owned(),
-            "compare with the schema that `seidel lens schema` prints",
+            "compare with the JSON schema of lens profiles",
         )
     })
 }
@@ -179,7 +179,7 @@ fn check_head(any: &serde_json::Value) -> Result<Kind> {
         return Err(Error::new(
             "format",
             format!("is {}", or_missing(text("format"))),
-            format!("give a lens profile, whose format is \"{FORMAT}\", as `seidel fit` writes it"),
+            format!("give a lens profile as a fit writes it, whose format is \"{FORMAT}\""),
         ));
     }
     if any.get("version").and_then(serde_json::Value::as_u64) != Some(u64::from(VERSION)) {

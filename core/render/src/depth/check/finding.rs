@@ -190,7 +190,7 @@ impl fmt::Display for DepthFinding {
 /// Returns the remedy for distances along the ray.
 pub(super) fn along_ray_remedy(focal_px: f64) -> String {
     format!(
-        "give --along-ray with the camera's focal length in pixels of the plate (about {focal_px:.0}), or render depth along its axis"
+        "state that distances are along the ray, with the camera's focal length in pixels of the plate (about {focal_px:.0}), or render depth along its axis"
     )
 }
 
@@ -198,9 +198,9 @@ pub(super) fn along_ray_remedy(focal_px: f64) -> String {
 pub(super) fn inversion_remedy(convention: DepthConvention) -> &'static str {
     match convention {
         DepthConvention::Distance { .. } => {
-            "give --depth-kind inverse, with --depth-unit unless the unit is 1/m; convert disparity or estimated depth to distance first"
+            "state the depth kind inverse, with the depth unit unless it is 1/m; convert disparity or estimated depth to distance first"
         }
-        DepthConvention::Inverse { .. } => "give --depth-kind distance",
+        DepthConvention::Inverse { .. } => "state the depth kind distance",
         DepthConvention::FarOne { .. } | DepthConvention::FarZero { .. } => {
             "the pass is linear in 1/distance between near and far, as z-buffers are: convert it to distance first"
         }

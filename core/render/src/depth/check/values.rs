@@ -45,8 +45,7 @@ pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
             value: f64::from(*sample),
         },
         severity: Severity::Note,
-        remedy: "check which channel it is; --distance gives one distance to a whole plate"
-            .to_owned(),
+        remedy: "check which channel it is, or give the whole plate one distance".to_owned(),
     })
 }
 
@@ -73,7 +72,7 @@ pub(super) fn normalised(check: &DepthCheck) -> Option<DepthFinding> {
             largest: f64::from(largest),
         },
         severity: Severity::Warning,
-        remedy: "give --depth-kind far-one or far-zero with --near and --far".to_owned(),
+        remedy: "state the depth kind far-one or far-zero, with near and far distances".to_owned(),
     })
 }
 
@@ -122,9 +121,9 @@ pub(super) fn unit(check: &DepthCheck) -> Option<DepthFinding> {
 fn kind_remedy(convention: DepthConvention) -> &'static str {
     match convention {
         DepthConvention::Distance { .. } => {
-            "; --depth-kind inverse, if they are one over distances"
+            "; state the depth kind inverse if they are one over distances"
         }
-        DepthConvention::Inverse { .. } => "; --depth-kind distance, if they are distances",
+        DepthConvention::Inverse { .. } => "; state the depth kind distance if they are distances",
         DepthConvention::FarOne { .. } | DepthConvention::FarZero { .. } => "",
     }
 }
@@ -134,7 +133,7 @@ fn unit_remedy(check: &DepthCheck, near_m: f64, far_m: f64) -> String {
     let (DepthConvention::Distance { metres_per_unit }
     | DepthConvention::Inverse { metres_per_unit }) = check.convention
     else {
-        return "check --near and --far, which are metres".to_owned();
+        return "check the near and far distances, which are metres".to_owned();
     };
     let (low, high) = check.lens.measured_m.unwrap_or((0.5, 50.0));
     let wanted = (low * high.min(100.0 * low)).sqrt();
@@ -155,9 +154,9 @@ fn unit_remedy(check: &DepthCheck, near_m: f64, far_m: f64) -> String {
     match best {
         Some((name, metres)) if (metres / size - 1.0).abs() > 1e-9 => {
             let made = distance_span(near_m * metres / size, far_m * metres / size);
-            format!("--depth-unit {name} would make it {made}")
+            format!("the depth unit {name} would make it {made}")
         }
-        _ => "check --depth-unit".to_owned(),
+        _ => "check the depth unit".to_owned(),
     }
 }
 
@@ -328,7 +327,7 @@ mod tests {
                 focal_length_m: Some(0.05),
             },
         });
-        finding.is_some_and(|finding| finding.remedy.contains("--depth-unit"))
+        finding.is_some_and(|finding| finding.remedy.contains("depth unit"))
     }
 
     #[test]

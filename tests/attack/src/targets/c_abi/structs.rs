@@ -214,69 +214,32 @@ fn change_setting(s: &mut SeidelSettings, rng: &mut Rng) {
     let float = hostile_float(rng, usual);
     let choice = *rng.pick(&[0, 1, 2, 3, 4, 7, u32::MAX]);
     let floats = [
-        &mut s.amount,
         &mut s.axis_offset_x,
         &mut s.axis_offset_y,
-        &mut s.focus_distance,
-        &mut s.f_number,
-        &mut s.sensor_shift_um,
-        &mut s.depth_of_field,
-        &mut s.front_multiplier,
-        &mut s.back_multiplier,
-        &mut s.maximum_size,
-        &mut s.lens_scale,
         &mut s.pixel_aspect,
         &mut s.distance,
         &mut s.depth_unit,
         &mut s.depth_near,
         &mut s.depth_far,
         &mut s.along_ray,
-        &mut s.clip_level,
         &mut s.noise[0],
-        &mut s.strength,
-        &mut s.rotation,
-        &mut s.squeeze,
-        &mut s.obstruction,
-        &mut s.cats_eye,
-        &mut s.spherical,
-        &mut s.axial_colour,
-        &mut s.lateral_colour,
-        &mut s.bloom,
-        &mut s.bloom_radius,
-        &mut s.focal_length_mm,
-        &mut s.film_back_mm,
     ];
     let choices = [
-        &mut s.geometry,
-        &mut s.edges,
-        &mut s.occlusion,
-        &mut s.fill_foreground,
-        &mut s.blur_inside,
         &mut s.alpha,
         &mut s.scrub,
         &mut s.depth_kind,
-        &mut s.clip,
-        &mut s.grain,
-        &mut s.quality,
         &mut s.blades,
         &mut s.aperture_width,
     ];
-    let at = rng.below(floats.len() + choices.len() + 1);
-    let count = floats.len();
-    if at < count {
-        for (k, member) in floats.into_iter().enumerate() {
-            if k == at {
-                *member = float;
-            }
+    let own = floats.len() + choices.len();
+    match rng.below(own + NUMBERS.len() + INDICES.len() + 1) {
+        at if at < floats.len() => *floats[at] = float,
+        at if at < own => *choices[at - floats.len()] = choice,
+        at if at < own + NUMBERS.len() => *(NUMBERS[at - own].1)(s) = float,
+        at if at < own + NUMBERS.len() + INDICES.len() => {
+            *(INDICES[at - own - NUMBERS.len()].1)(s) = choice;
         }
-    } else if at < count + choices.len() {
-        for (k, member) in choices.into_iter().enumerate() {
-            if k + count == at {
-                *member = choice;
-            }
-        }
-    } else {
-        s.size = *rng.pick(&[0, 8, 100, 1 << 40, u64::MAX]);
+        _ => s.size = *rng.pick(&[0, 8, 100, 1 << 40, u64::MAX]),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::context::{FitContext, LENIENT_TOLERANCE};
 use super::super::metric::Metric;
 use super::super::parameters::{ModelStructure, ParameterLayout, PolynomialSpec};
-use super::super::tile_equations::{Buffers, FitTile, MisfitSettings, TileParameters};
+use super::super::tile_equations::{Comparison, FitTile, MisfitSettings, TileParameters};
 use super::*;
 use seidel_optics::psf::pupil::Detail;
 
@@ -61,7 +61,7 @@ fn the_gradient_is_that_of_the_misfit() {
     let sets = std::slice::from_ref(&set);
     let settings = PupilSettings {
         support: Support::AllPixels,
-        ..PupilSettings::default()
+        ..reduced()
     };
     let measured = measure(sets, settings.support, &mut Vec::new());
     let held_out = vec![false; measured.len()];
@@ -73,13 +73,12 @@ fn the_gradient_is_that_of_the_misfit() {
         detail: Detail::FULL,
         tolerance: LENIENT_TOLERANCE,
     };
-    let buffers = &mut Buffers::default();
+    let comparison = &mut Comparison::new(misfit_settings);
     let mut checked = 0;
     for tile in context.tiles.iter().filter(|t| !t.centroid_unknown).take(6) {
         let mut own = context.tile_parameters(&[tile])[0];
-        let mut misfit = |theta: &[f64], own: &TileParameters| {
-            misfit(tile, &layout, theta, own, misfit_settings, buffers)
-        };
+        let mut misfit =
+            |theta: &[f64], own: &TileParameters| misfit(tile, &layout, theta, own, comparison);
         // At the best flux the misfit changes with the lens alone.
         let trials = [0.9, 1.0, 1.1].map(|f| {
             let flux = own.flux * f;
@@ -97,7 +96,7 @@ fn the_gradient_is_that_of_the_misfit() {
                 (at(2e-3) - at(-2e-3)) / 4e-3
             })
             .collect();
-        let equations = tile.system(&layout, &theta, &own, misfit_settings, buffers);
+        let equations = tile.system(&layout, &theta, &own, comparison);
         let size = slopes.iter().map(|s| s * s).sum::<f64>().sqrt();
         for (k, right) in equations.parameters.iter().zip(equations.right.iter()) {
             let error = (-2.0 * right - slopes[*k]).abs();
@@ -119,9 +118,8 @@ fn misfit(
     layout: &ParameterLayout,
     theta: &[f64],
     own: &TileParameters,
-    misfit_settings: MisfitSettings,
-    buffers: &mut Buffers,
+    comparison: &mut Comparison,
 ) -> f64 {
     let pupil = layout.pupil(theta, tile.channel, tile.at, tile.vergence);
-    tile.misfit(&pupil, own, misfit_settings, buffers)
+    tile.misfit(&pupil, own, comparison)
 }

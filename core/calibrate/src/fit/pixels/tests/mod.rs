@@ -118,12 +118,19 @@ fn numbers(lens: &PupilChannel) -> Vec<(&'static str, f64, f64)> {
     ]
 }
 
+fn reduced() -> PupilSettings {
+    PupilSettings {
+        model: PupilModel::Reduced,
+        ..PupilSettings::default()
+    }
+}
+
 fn all_psfs() -> PupilSettings {
     PupilSettings {
         use_all: true,
         law_only: true,
         support: Support::AllPixels,
-        ..PupilSettings::default()
+        ..reduced()
     }
 }
 
@@ -181,7 +188,7 @@ fn a_noise_free_lens_is_recovered() {
     let mut random = SplitMix64::new(5);
     let truth = planted(&mut random);
     let set = observed(&truth, 20, 0.0, &mut random);
-    let fit = fit_pupil(&[set], &PupilSettings::default(), &no_progress).expect("a fit");
+    let fit = fit_pupil(&[set], &reduced(), &no_progress).expect("a fit");
     let held_out = fit.lens.held_out.as_ref().expect("PSFs were held out");
     assert!(held_out.snr_db > 55.0, "{}", held_out.snr_db);
     assert!(held_out.tiles > 5 && held_out.pixel_gap < 1e-4);
@@ -200,6 +207,6 @@ fn too_few_tiles_are_rejected_by_channel() {
     let lens = planted(&mut random);
     let mut set = observed(&lens, 1, 0.0, &mut random);
     set.observations.truncate(1);
-    let problem = fit_pupil(&[set], &PupilSettings::default(), &no_progress).expect_err("one tile");
+    let problem = fit_pupil(&[set], &reduced(), &no_progress).expect_err("one tile");
     assert!(problem.to_string().contains("channel Y"), "{problem}");
 }

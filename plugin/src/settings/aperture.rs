@@ -1,8 +1,8 @@
-//! Look and bloom of the settings.
+//! The picture of the aperture in the settings.
 
-use seidel_core::{AperturePicture, Blades, Bloom, Look};
+use seidel_core::AperturePicture;
 
-use super::{SEIDEL_BLADES_OF_LENS, SeidelSettings, Settings};
+use super::SeidelSettings;
 use crate::pointers::read_array;
 use crate::status::{Failure, Result};
 
@@ -30,30 +30,4 @@ pub(super) unsafe fn aperture(raw: &SeidelSettings) -> Result<Option<AperturePic
     // SAFETY: the caller guarantees as many values.
     let samples = unsafe { read_array(raw.aperture, count as usize, "settings.aperture")? };
     Ok(Some(AperturePicture::new(width as usize, &samples)?))
-}
-
-impl Settings {
-    /// Puts look and bloom into `settings`.
-    pub(super) fn put_look(&self, settings: &mut seidel_core::Settings) {
-        let raw = &self.raw;
-        settings.look = Look {
-            blades: (raw.blades != SEIDEL_BLADES_OF_LENS).then_some(Blades {
-                count: raw.blades,
-                roundness: raw.roundness,
-                rotation_deg: raw.rotation,
-            }),
-            picture: self.aperture.clone(),
-            squeeze: raw.squeeze,
-            obstruction: raw.obstruction,
-            cats_eye: raw.cats_eye,
-            spherical: raw.spherical,
-            axial_colour: raw.axial_colour,
-            lateral_colour: raw.lateral_colour,
-        };
-        settings.bloom = (raw.bloom != 0.0).then_some(Bloom {
-            share: raw.bloom,
-            level: raw.bloom_level,
-            radius: raw.bloom_radius / 100.0,
-        });
-    }
 }

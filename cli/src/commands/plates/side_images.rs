@@ -1,0 +1,151 @@
+//! The images read beside a plate: its depth, holdout and background.
+
+use std::path::Path;
+
+use seidel_core::{
+    Background, Depth, DepthPass, Error, HoldoutMatte, LensSession, ObjectDistance, PlateGeometry,
+    PreparedBackground, PreparedDepth,
+};
+
+use super::depth::{FrameOrder, describe};
+use super::depth_check::check_depth;
+use super::{LoadedPlate, PlateReader, SideInputs};
+use crate::commands::CommandError;
+use seidel_image_io::error::FileError;
+use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
+use seidel_image_io::plate::Plate;
+
+impl PlateReader<'_> {
+    /// Reads the depth of `plate` for the lens of `session`: from `file`, or else from the plate. Adds to `warnings`.
+    pub(super) fn read_depth(
+        &self,
+        plate: &Plate,
+        geometry: &PlateGeometry,
+        file: Option<&ChannelSpec>,
+        session: &LensSession,
+        order: FrameOrder,
+        warnings: &mut Vec<String>,
+    ) -> Result<PreparedDepth, CommandError> {
+        let options = &self.args.depth;
+        let prepare = |depth| PreparedDepth::new(session, geometry, depth);
+        let is_flat = !session.lens().predictor().depends_on_depth();
+        let distance = (options.distance).or(is_flat.then_some(ObjectDistance::Unknown));
+        if let Some(distance) = distance {
+            return Ok(prepare(Depth::Distance(distance))?);
+        }
+        let remedy = "the lens's blur depends on depth: give --depth FILE or --distance METRES";
+        let pass = read_pass(plate, file, remedy)?;
+        let in_pass = |e: Error| {
+            FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
+        };
+        let depth = prepare(Depth::Pass(self.fit_pass(&pass, plate, warnings)?));
+        let depth = depth.map_err(in_pass)?;
+        let mut notes = depth.reading().map_or_else(Vec::new, describe);
+        if order == FrameOrder::First && !options.no_depth_check {
+            notes.extend(check_depth(&depth, plate, geometry, session).map_err(in_pass)?);
+        }
+        let name = format!("depth {}:{}", pass.file.display(), pass.channel);
+        warnings.extend(notes.iter().map(|note| format!("{name} {note}")));
+        Ok(depth)
+    }
+
+    /// Reads holdout and background from `files` and adds them to the plate `loaded`, warnings included.
+    ///
+    /// # Errors
+    /// A matte that is not one, a background of another frame or without depth, and a background of a plate at one distance.
+    pub(crate) fn add_side_images(
+        &self,
+        files: &SideInputs,
+        loaded: &mut LoadedPlate,
+    ) -> Result<(), CommandError> {
+        if let Some(matte) = &files.holdout {
+            self.add_holdout(matte, files.holdout_depth.as_ref(), loaded)?;
+        }
+        if let Some(file) = &files.background {
+            self.add_background(file, files.background_depth.as_ref(), loaded)?;
+        }
+        Ok(())
+    }
+
+    fn add_holdout(
+        &self,
+        matte: &ChannelSpec,
+        depth: Option<&ChannelSpec>,
+        loaded: &mut LoadedPlate,
+    ) -> Result<(), CommandError> {
+        let image = ImageChannel::read_matte(&matte.file, matte.channel.as_deref())?;
+        let fitted = image.fit_to(loaded.plate.windows())?;
+        loaded.warnings.extend(fitted.warning);
+        let mut holdout = HoldoutMatte {
+            samples: fitted.samples,
+            depth: None,
+        };
+        let place = format!("channel {}", image.channel);
+        (holdout.check(loaded.plate.width()))
+            .map_err(|e| FileError::from_core(&matte.file, e.within(&place)))?;
+        if let Some(depth) = depth {
+            let pass = ImageChannel::read_depth(&depth.file, depth.channel.as_deref())?;
+            holdout.depth = Some(self.fit_pass(&pass, &loaded.plate, &mut loaded.warnings)?);
+        }
+        let file = &depth.unwrap_or(matte).file;
+        let added = loaded.prepared.set_holdout(holdout);
+        Ok(added.map_err(|e| FileError::from_core(file, e))?)
+    }
+
+    fn add_background(
+        &self,
+        file: &Path,
+        depth: Option<&ChannelSpec>,
+        loaded: &mut LoadedPlate,
+    ) -> Result<(), CommandError> {
+        if loaded.prepared.depth().pass().is_none() {
+            return Err(FileError::new(
+                file,
+                "background",
+                "is given, but the plate lies at one distance, where nothing hides it",
+                "give the depth pass of the plate with --depth, or leave out --background",
+            )
+            .into());
+        }
+        let (plate, image) = self.read_beside(loaded, file)?;
+        let remedy = "give its depth pass with --background-depth FILE";
+        let pass = read_pass(&plate, depth, remedy)?;
+        let pass = self.fit_pass(&pass, &loaded.plate, &mut loaded.warnings)?;
+        let background = Background {
+            image,
+            depth: Depth::Pass(pass),
+        };
+        let session = &loaded.lens.session;
+        let added = PreparedBackground::new(session, loaded.prepared.geometry(), background)
+            .and_then(|background| loaded.prepared.set_background(background));
+        Ok(added.map_err(|e| FileError::from_core(file, e))?)
+    }
+
+    /// Fits a depth pass to the data window of `plate`. Adds to `warnings`.
+    fn fit_pass(
+        &self,
+        pass: &ImageChannel,
+        plate: &Plate,
+        warnings: &mut Vec<String>,
+    ) -> Result<DepthPass, FileError> {
+        let fitted = pass.fit_to(plate.windows())?;
+        warnings.extend(fitted.warning);
+        Ok(DepthPass {
+            samples: fitted.samples,
+            meaning: self.depth_meaning,
+        })
+    }
+}
+
+/// Reads a depth pass from `file`, or else from `plate`; `remedy` is for a plate without one.
+fn read_pass(
+    plate: &Plate,
+    file: Option<&ChannelSpec>,
+    remedy: &str,
+) -> Result<ImageChannel, FileError> {
+    match file {
+        Some(pass) => ImageChannel::read_depth(&pass.file, pass.channel.as_deref()),
+        None => (plate.depth(None))
+            .map_err(|e| FileError::new(plate.path(), "depth", e.problem(), remedy)),
+    }
+}
