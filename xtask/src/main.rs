@@ -6,6 +6,7 @@
 mod attack;
 mod bundle;
 mod dist;
+mod generated;
 mod header;
 mod knobs;
 mod library;
