@@ -6,7 +6,6 @@
 mod attack;
 mod bundle;
 mod dist;
-mod generated;
 mod header;
 mod knobs;
 mod library;
