@@ -6,10 +6,10 @@ use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::edges::{Edge, EdgeSet, ProfileBin};
 use seidel_optics::field::{Frame, ImagePoint};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{FileError, Result};
-use crate::json::{read_json, write_json};
+use crate::json::{present, read_json, write_json};
 
 /// Name of the file in its folder.
 pub const FILE: &str = "edges.json";
@@ -57,13 +57,6 @@ struct Bins {
     level: Vec<f64>,
     sigma: Vec<f64>,
     spread: Vec<f64>,
-}
-
-/// Reads a key that is there: null is infinity, not a missing distance.
-fn present<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> std::result::Result<Option<Option<f64>>, D::Error> {
-    Option::deserialize(deserializer).map(Some)
 }
 
 /// Writes `set`. The axis is stated if `axis_is_known`.

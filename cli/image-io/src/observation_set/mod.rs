@@ -1,10 +1,10 @@
 //! PSF observation sets as folders: `manifest.json` and the image files of the tiles.
 
-mod fields;
-mod measurement;
+mod faults;
 mod observation_entry;
 mod read;
 mod set_entry;
+mod text;
 mod write;
 
 pub use read::{LoadedSet, ReadOptions, SkippedObservation, read};

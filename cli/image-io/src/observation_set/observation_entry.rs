@@ -1,137 +1,141 @@
-//! The keys of a manifest that describe one observation.
+//! The keys of a manifest that describe one observation, those that `seidel measure` adds included.
 
-use seidel_optics::distance::ObjectDistance;
-use seidel_optics::error::Fault;
+use std::collections::BTreeMap;
+
 use seidel_optics::field::ImagePoint;
-use seidel_optics::observations::Measurement;
+use seidel_optics::observations::{ChannelMeasurement, Measurement, Observation};
+use serde::Deserialize;
 use serde_json::Value;
 
-use super::fields::{Fields, is_inside};
-use super::measurement;
+use super::faults::Faults;
+use super::text::is_inside;
+use crate::json::present;
 
-const OBSERVATION_KEYS: [&str; 11] = [
-    "file",
-    "x",
-    "y",
-    "depth_m",
-    "ideal_x",
-    "ideal_y",
-    "noise_sigma",
-    "background",
-    "saturated",
-    "gain",
-    "weight_mask",
-];
-
-/// The entry of one observation, without its tile.
-pub(super) struct ObservationEntry {
-    pub(super) file: String,
-    pub(super) centre: ImagePoint,
-    pub(super) distance: ObjectDistance,
-    pub(super) ideal: Option<ImagePoint>,
-    pub(super) noise_sigma: Vec<Option<f64>>,
-    pub(super) background: Vec<f64>,
-    pub(super) saturated: bool,
-    pub(super) gain: Option<f64>,
-    pub(super) measurement: Option<Measurement>,
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a JSON object")]
+struct Keys {
+    file: String,
+    x: f64,
+    y: f64,
+    #[serde(default, deserialize_with = "present")]
+    depth_m: Option<Option<f64>>,
+    ideal_x: Option<f64>,
+    ideal_y: Option<f64>,
+    #[serde(default)]
+    noise_sigma: ByChannel,
+    #[serde(default)]
+    background: ByChannel,
+    #[serde(default)]
+    saturated: bool,
+    gain: Option<f64>,
+    weight_mask: Option<String>,
+    #[serde(default)]
+    source: String,
+    centroid: Option<BTreeMap<String, [f64; 2]>>,
+    #[serde(default)]
+    centroid_sigma: ByChannel,
+    #[serde(default)]
+    flux: ByChannel,
+    #[serde(default)]
+    snr: ByChannel,
 }
 
-/// Reads the keys of observation `index`; `None` if they have any fault.
-pub(super) fn read(
-    value: &Value,
-    index: usize,
-    channels: &[String],
-    faults: &mut Vec<Fault>,
-) -> Option<ObservationEntry> {
-    let before = faults.len();
-    let mut fields = Fields::of_value(value, Some(index), "observation", faults)?;
-    let known = OBSERVATION_KEYS.iter().chain(&measurement::KEYS);
-    fields.check_keys(&known.copied().collect::<Vec<_>>());
-    let file = file(&mut fields);
-    let x = fields.required_number("x", "the frame position of the tile's centre in pixels");
-    let y = fields.required_number("y", "the frame position of the tile's centre in pixels");
-    let distance = fields.distance("depth_m");
-    let ideal = ideal(&mut fields);
-    let noise_sigma = by_channel(&mut fields, "noise_sigma", channels);
-    if let Some(&bad) = noise_sigma.iter().flatten().find(|&&sigma| sigma < 0.0) {
+/// A number for all channels, or numbers by channel.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or an object of numbers by channel"
+)]
+enum ByChannel {
+    All(f64),
+    Each(BTreeMap<String, f64>),
+}
+
+impl Default for ByChannel {
+    fn default() -> Self {
+        Self::Each(BTreeMap::new())
+    }
+}
+
+impl ByChannel {
+    fn of(&self, channel: &str) -> Option<f64> {
+        match self {
+            Self::All(number) => Some(*number),
+            Self::Each(numbers) => numbers.get(channel).copied(),
+        }
+    }
+
+    fn check(&self, field: &str, channels: &[String], faults: &mut Faults) {
+        let Self::Each(numbers) = self else { return };
+        for name in numbers.keys().filter(|name| !channels.contains(name)) {
+            let problem = format!("names the channel `{name}`, which is not in the set");
+            let remedy = format!("use the set's channels: {}", channels.join(", "));
+            faults.push(field, problem, remedy);
+        }
+    }
+}
+
+/// Reads the keys of an observation, without its tiles and its weight mask; `None` if its JSON does not fit.
+pub(super) fn read(value: Value, channels: &[String], faults: &mut Faults) -> Option<Observation> {
+    let keys: Keys = faults.parse("", value)?;
+    if !is_inside(&keys.file) {
+        let problem = format!("is {:?}, which is not inside the set's folder", keys.file);
+        let remedy = "put the tile in the folder and name it from there";
+        faults.push("file", problem, remedy);
+    }
+    if let Some(name) = keys.weight_mask.as_ref().filter(|name| !is_inside(name)) {
+        let remedy = "name a file of zeros and ones in the set's folder, or leave it out";
+        faults.push("weight_mask", format!("is {name:?}"), remedy);
+    }
+    if keys.ideal_x.is_some() != keys.ideal_y.is_some() {
+        let (stated, missing) = match keys.ideal_x {
+            Some(_) => ("ideal_x", "ideal_y"),
+            None => ("ideal_y", "ideal_x"),
+        };
+        faults.push(
+            missing,
+            format!("is missing beside {stated}"),
+            "give both or none",
+        );
+    }
+    keys.noise_sigma.check("noise_sigma", channels, faults);
+    keys.background.check("background", channels, faults);
+    let sigma = |name: &String| keys.noise_sigma.of(name);
+    let noise_sigma: Vec<Option<f64>> = channels.iter().map(sigma).collect();
+    if let Some(bad) = noise_sigma.iter().flatten().find(|sigma| **sigma < 0.0) {
         let remedy = "give a number that is not negative, or leave it out";
-        fields.fault("noise_sigma", format!("is {bad}"), remedy);
+        faults.push("noise_sigma", format!("is {bad}"), remedy);
     }
-    let background = by_channel(&mut fields, "background", channels);
-    let remedy = "give true or false, or leave it out";
-    let saturated = fields.parsed("saturated", remedy, Value::as_bool);
-    let gain = fields.positive("gain", "counts per electron");
-    let measurement = measurement::read(&mut fields, channels);
-    if faults.len() > before {
-        return None;
-    }
-    Some(ObservationEntry {
-        file: file?,
-        centre: ImagePoint::new(x?, y?),
-        distance,
-        ideal,
+    let background = |name: &String| keys.background.of(name).unwrap_or(0.0);
+    Some(Observation {
+        distance: faults.distance("depth_m", keys.depth_m),
+        gain: faults.positive("gain", keys.gain, "counts per electron"),
+        measurement: measurement(&keys, channels),
+        centre: ImagePoint::new(keys.x, keys.y),
+        ideal: (keys.ideal_x.zip(keys.ideal_y)).map(|(x, y)| ImagePoint::new(x, y)),
+        tiles: Vec::new(),
+        background: channels.iter().map(background).collect(),
         noise_sigma,
-        background: background.iter().map(|b| b.unwrap_or(0.0)).collect(),
-        saturated: saturated.unwrap_or(false),
-        gain,
-        measurement,
+        saturated: keys.saturated,
+        weight_mask: None,
+        file: keys.file,
     })
 }
 
-/// Reads the path of the tile, which is inside the set's folder.
-fn file(fields: &mut Fields<'_, '_>) -> Option<String> {
-    fields.required("file", "the tile's path, relative to the manifest")?;
-    let name = fields.parsed("file", "give the tile's path", Value::as_str)?;
-    if is_inside(name) {
-        return Some(name.to_owned());
-    }
-    let problem = format!("is {name:?}, which is not inside the set's folder");
-    let remedy = "put the tile in the folder and name it from there";
-    fields.fault("file", problem, remedy);
-    None
-}
-
-fn ideal(fields: &mut Fields<'_, '_>) -> Option<ImagePoint> {
-    const WHAT: &str = "the position of the point with an undistorted lens, in frame pixels";
-    let (x, y) = (
-        fields.number("ideal_x", WHAT),
-        fields.number("ideal_y", WHAT),
-    );
-    match (fields.get("ideal_x"), fields.get("ideal_y")) {
-        (Some(_), None) => {
-            fields.fault("ideal_y", "is missing beside ideal_x", "give both or none")
-        }
-        (None, Some(_)) => {
-            fields.fault("ideal_x", "is missing beside ideal_y", "give both or none")
-        }
-        _ => {}
-    }
-    Some(ImagePoint::new(x?, y?))
-}
-
-/// Reads a number for all channels, or an object of numbers by channel; `None` for channels without one.
-fn by_channel(fields: &mut Fields<'_, '_>, key: &str, channels: &[String]) -> Vec<Option<f64>> {
-    const REMEDY: &str = "give a number, or an object of numbers by channel, or leave it out";
-    let none = vec![None; channels.len()];
-    match fields.get(key) {
-        None => none,
-        Some(Value::Object(map)) => {
-            for name in map.keys().filter(|name| !channels.contains(name)) {
-                let remedy = format!("use the set's channels: {}", channels.join(", "));
-                fields.fault(
-                    key,
-                    format!("names the channel `{name}`, which is not in the set"),
-                    remedy,
-                );
-            }
-            channels
-                .iter()
-                .map(|name| fields.number_of(key, map.get(name)?, REMEDY))
-                .collect()
-        }
-        Some(value) => match fields.number_of(key, value, REMEDY) {
-            Some(number) => vec![Some(number); channels.len()],
-            None => none,
-        },
-    }
+/// Returns the figures of a measurement; `None` if the observation has no centroids.
+fn measurement(keys: &Keys, channels: &[String]) -> Option<Measurement> {
+    let centroids = keys.centroid.as_ref()?;
+    let figures = |name: &String| {
+        let [x_px, y_px] = *centroids.get(name)?;
+        Some(ChannelMeasurement {
+            centroid: ImagePoint::new(x_px, y_px),
+            centroid_sigma_px: keys.centroid_sigma.of(name).unwrap_or(0.0),
+            flux: keys.flux.of(name).unwrap_or(0.0),
+            snr: keys.snr.of(name).unwrap_or(0.0),
+        })
+    };
+    Some(Measurement {
+        source: keys.source.clone(),
+        channels: channels.iter().map(figures).collect(),
+    })
 }

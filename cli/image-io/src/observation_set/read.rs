@@ -8,9 +8,10 @@ use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 use serde_json::Value;
 
-use super::fields::{is_inside, quote_non_finite};
+use super::faults::Faults;
 use super::set_entry::{self, SetEntry};
-use super::{MANIFEST, PLANE, measurement, observation_entry};
+use super::text::{is_inside, quote_non_finite};
+use super::{MANIFEST, PLANE, observation_entry};
 use crate::error::{FileError, Result};
 use crate::json::{TEXT_LIMIT_BYTES, parse_json, read_text};
 use crate::tile_image;
@@ -54,14 +55,15 @@ pub fn read(path: &Path, options: ReadOptions) -> Result<LoadedSet> {
         Err(error) => parse_json(&manifest, &quote_non_finite(&text)).map_err(|_| error)?,
     };
     let folder = manifest.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mut set_faults = Vec::new();
-    let Some(set) = set_entry::read(&root, &mut set_faults) else {
-        return Err(FileError::many(manifest, set_faults));
+    let mut set_faults = Faults::default();
+    let Some(mut set) = set_entry::read(root, &mut set_faults) else {
+        return Err(FileError::many(manifest, set_faults.all));
     };
+    let mut set_faults = set_faults.all;
+    let entries = std::mem::take(&mut set.observations);
 
-    let read: Vec<std::result::Result<Observation, Vec<Fault>>> = set
-        .observations
-        .par_iter()
+    let read: Vec<std::result::Result<Observation, Vec<Fault>>> = entries
+        .into_par_iter()
         .enumerate()
         .map(|(index, value)| read_observation(&folder, value, index, &set))
         .collect();
@@ -137,71 +139,56 @@ fn manifest_path(path: &Path) -> Result<PathBuf> {
 
 fn read_observation(
     folder: &Path,
-    value: &Value,
+    value: Value,
     index: usize,
-    set: &SetEntry<'_>,
+    set: &SetEntry,
 ) -> std::result::Result<Observation, Vec<Fault>> {
     let channels = &set.channels;
-    let mut faults = Vec::new();
-    let entry = observation_entry::read(value, index, channels, &mut faults);
-    // The tile is read even if another field is bad, so that its faults are reported too.
-    let name = value
-        .get("file")
-        .and_then(Value::as_str)
-        .unwrap_or_default();
+    let text = |key| value.get(key).and_then(Value::as_str).map(str::to_owned);
+    let (file, mask) = (text("file").unwrap_or_default(), text("weight_mask"));
+    let mut faults = Faults::of_observation(index, &file);
+    let observation = observation_entry::read(value, channels, &mut faults);
+    // The images are read even if another field is bad, so that their faults are reported too.
     let mut tiles = Vec::new();
-    if is_inside(name) {
+    if is_inside(&file) {
         // All channels of a mosaic share its only plane.
         let plane = [PLANE.to_owned()];
         let stored = match set.mosaic {
             Some(_) => &plane[..],
             None => &channels[..],
         };
-        match tile_image::read(&folder.join(name), stored) {
+        match tile_image::read(&folder.join(&file), stored) {
             Ok(planes) => {
                 for (channel, plane) in stored.iter().zip(planes) {
                     match Tile::new(plane.width, plane.height, plane.samples) {
                         Ok(tile) => tiles.push(tile),
-                        Err(error) => faults.push(Fault {
-                            observation: Some(index),
-                            file: name.to_owned(),
-                            field: format!("channel {channel}"),
-                            problem: error.problem,
-                            remedy: error.remedy,
-                        }),
+                        Err(error) => {
+                            faults.push(format!("channel {channel}"), error.problem, error.remedy)
+                        }
                     }
                 }
             }
-            Err(error) => faults.extend(error.into_faults(index, name)),
+            Err(error) => faults.all.extend(error.into_faults(index, &file)),
         }
     }
     if let (Some(_), [tile]) = (set.mosaic, tiles.as_slice()) {
         tiles = vec![tile.clone(); channels.len()];
     }
-    let mask_name = measurement::weight_mask_name(value, index, &mut faults);
-    let weight_mask = mask_name.and_then(|mask| {
-        match tile_image::read(&folder.join(mask), &[PLANE.to_owned()]) {
+    let weight_mask = mask.filter(|mask| is_inside(mask)).and_then(|mask| {
+        match tile_image::read(&folder.join(&mask), &[PLANE.to_owned()]) {
             Ok(planes) => Some(planes[0].samples.iter().map(|v| *v > 0.0).collect()),
             Err(error) => {
-                faults.extend(error.into_faults(index, mask));
+                faults.all.extend(error.into_faults(index, &mask));
                 None
             }
         }
     });
-    match entry {
-        Some(entry) if faults.is_empty() => Ok(Observation {
-            file: entry.file,
-            centre: entry.centre,
-            distance: entry.distance,
-            ideal: entry.ideal,
+    match observation {
+        Some(observation) if faults.all.is_empty() => Ok(Observation {
             tiles,
-            noise_sigma: entry.noise_sigma,
-            background: entry.background,
-            saturated: entry.saturated,
-            gain: entry.gain,
             weight_mask,
-            measurement: entry.measurement,
+            ..observation
         }),
-        _ => Err(faults),
+        _ => Err(faults.all),
     }
 }

@@ -4,13 +4,14 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use rayon::prelude::*;
+use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::observations::{Observation, ObservationSet};
+use seidel_optics::observations::{ChannelMeasurement, Observation, ObservationSet};
 use seidel_optics::tile::Tile;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::fields::is_inside;
-use super::{FORMAT, MANIFEST, MOSAIC_VERSION, PLANE, VERSION, measurement};
+use super::text::is_inside;
+use super::{FORMAT, MANIFEST, MOSAIC_VERSION, PLANE, VERSION};
 use crate::atomic::write_folder_atomically;
 use crate::error::{FileError, Result};
 use crate::formats::exr;
@@ -116,104 +117,81 @@ fn fits_tiff(channels: &[String]) -> bool {
 }
 
 fn manifest(set: &ObservationSet, names: &[String], masks: &[Option<String>]) -> Value {
-    let mut root = Map::new();
-    let mut put = |key: &str, value: Value| root.insert(key.to_owned(), value);
-    put("format", json!(FORMAT));
-    let version = match set.mosaic {
-        Some(_) => MOSAIC_VERSION,
-        None => VERSION,
+    let axis = set.frame.axis();
+    let version = set.mosaic.map_or(VERSION, |_| MOSAIC_VERSION);
+    let camera = camera(&set.camera);
+    let entries = set.observations.iter().zip(names.iter().zip(masks));
+    let entries = entries.map(|(o, (name, mask))| observation(o, name, mask, &set.channels));
+    stated(json!({
+        "format": FORMAT,
+        "version": version,
+        "image_size": [set.frame.width_px(), set.frame.height_px()],
+        "optical_axis": set.axis_stated.then_some([axis.x_px, axis.y_px]),
+        "pixel_pitch_um": set.pixel_pitch_um,
+        "channels": set.channels,
+        "mosaic": set.mosaic.map(|mosaic| mosaic.to_string()),
+        "camera": (camera != json!({})).then_some(camera),
+        "observations": entries.collect::<Vec<_>>(),
+    }))
+}
+
+fn camera(camera: &Camera) -> Value {
+    let wavelengths = &camera.wavelength_nm;
+    let entry = stated(json!({
+        "focal_length_mm": camera.focal_length_mm,
+        "f_number": camera.f_number,
+        "wavelength_nm": (!wavelengths.is_empty()).then_some(wavelengths),
+        "squeeze": camera.squeeze,
+    }));
+    with_distance(entry, "focus_distance_m", camera.focus_distance)
+}
+
+fn observation(o: &Observation, name: &str, mask: &Option<String>, channels: &[String]) -> Value {
+    let background: Vec<Option<f64>> = o.background.iter().copied().map(Some).collect();
+    let has_background = o.background.iter().any(|&b| b != 0.0);
+    let has_noise = o.noise_sigma.iter().any(Option::is_some);
+    let measurement = o.measurement.as_ref();
+    let figures = |value: fn(&ChannelMeasurement) -> Value| {
+        let pairs = channels.iter().zip(&measurement?.channels);
+        let pairs = pairs.filter_map(|(name, m)| Some((name.clone(), value(m.as_ref()?))));
+        Some(pairs.collect::<Value>())
     };
-    put("version", json!(version));
-    put(
-        "image_size",
-        json!([set.frame.width_px(), set.frame.height_px()]),
-    );
-    if set.axis_stated {
-        let axis = set.frame.axis();
-        put("optical_axis", json!([axis.x_px, axis.y_px]));
-    }
-    if let Some(pitch) = set.pixel_pitch_um {
-        put("pixel_pitch_um", json!(pitch));
-    }
-    put("channels", json!(set.channels));
-    if let Some(mosaic) = &set.mosaic {
-        put("mosaic", json!(mosaic.to_string()));
-    }
-    let camera = camera(set);
-    if !camera.is_empty() {
-        put("camera", Value::Object(camera));
-    }
-    let observations: Vec<Value> = set
-        .observations
-        .iter()
-        .zip(names.iter().zip(masks))
-        .map(|(o, (name, mask))| {
-            let mut entry = observation(o, name, &set.channels);
-            if let Some(mask) = mask {
-                entry.insert("weight_mask".into(), json!(mask));
-            }
-            Value::Object(entry)
-        })
-        .collect();
-    put("observations", Value::Array(observations));
-    Value::Object(root)
+    let entry = stated(json!({
+        "file": name,
+        "x": o.centre.x_px,
+        "y": o.centre.y_px,
+        "ideal_x": o.ideal.map(|ideal| ideal.x_px),
+        "ideal_y": o.ideal.map(|ideal| ideal.y_px),
+        "noise_sigma": has_noise.then(|| by_channel(&o.noise_sigma, channels)),
+        "background": has_background.then(|| by_channel(&background, channels)),
+        "saturated": o.saturated.then_some(true),
+        "gain": o.gain,
+        "weight_mask": mask,
+        "source": measurement.map(|m| &m.source),
+        "centroid": figures(|m| json!([m.centroid.x_px, m.centroid.y_px])),
+        "centroid_sigma": figures(|m| json!(m.centroid_sigma_px)),
+        "flux": figures(|m| json!(m.flux)),
+        "snr": figures(|m| json!(m.snr)),
+    }));
+    with_distance(entry, "depth_m", o.distance)
 }
 
-fn camera(set: &ObservationSet) -> Map<String, Value> {
-    let mut map = Map::new();
-    if let Some(focal) = set.camera.focal_length_mm {
-        map.insert("focal_length_mm".into(), json!(focal));
+/// Returns an object without the keys that have no value.
+fn stated(mut object: Value) -> Value {
+    if let Some(keys) = object.as_object_mut() {
+        keys.retain(|_, value| !value.is_null());
     }
-    if let Some(f_number) = set.camera.f_number {
-        map.insert("f_number".into(), json!(f_number));
-    }
-    put_distance(&mut map, "focus_distance_m", set.camera.focus_distance);
-    if !set.camera.wavelength_nm.is_empty() {
-        map.insert("wavelength_nm".into(), json!(set.camera.wavelength_nm));
-    }
-    if let Some(squeeze) = set.camera.squeeze {
-        map.insert("squeeze".into(), json!(squeeze));
-    }
-    map
+    object
 }
 
-fn observation(o: &Observation, name: &str, channels: &[String]) -> Map<String, Value> {
-    let mut map = Map::new();
-    map.insert("file".into(), json!(name));
-    map.insert("x".into(), json!(o.centre.x_px));
-    map.insert("y".into(), json!(o.centre.y_px));
-    put_distance(&mut map, "depth_m", o.distance);
-    if let Some(ideal) = o.ideal {
-        map.insert("ideal_x".into(), json!(ideal.x_px));
-        map.insert("ideal_y".into(), json!(ideal.y_px));
-    }
-    if o.noise_sigma.iter().any(Option::is_some) {
-        map.insert("noise_sigma".into(), by_channel(&o.noise_sigma, channels));
-    }
-    if o.background.iter().any(|&b| b != 0.0) {
-        let all: Vec<Option<f64>> = o.background.iter().copied().map(Some).collect();
-        map.insert("background".into(), by_channel(&all, channels));
-    }
-    if o.saturated {
-        map.insert("saturated".into(), json!(true));
-    }
-    if let Some(gain) = o.gain {
-        map.insert("gain".into(), json!(gain));
-    }
-    measurement::write(&mut map, o, channels);
-    map
-}
-
-fn put_distance(map: &mut Map<String, Value>, key: &str, distance: ObjectDistance) {
+/// Adds a distance to an object: null is infinity, and no key an unknown one.
+fn with_distance(mut object: Value, key: &str, distance: ObjectDistance) -> Value {
     match distance {
         ObjectDistance::Unknown => {}
-        ObjectDistance::Infinity => {
-            map.insert(key.to_owned(), Value::Null);
-        }
-        ObjectDistance::Metres(metres) => {
-            map.insert(key.to_owned(), json!(metres));
-        }
+        ObjectDistance::Infinity => object[key] = Value::Null,
+        ObjectDistance::Metres(metres) => object[key] = json!(metres),
     }
+    object
 }
 
 /// Returns one number if all channels agree, else an object of the channels that have one.

@@ -187,25 +187,35 @@ fn all_faults_are_reported_together_and_bad_observations_can_be_skipped() {
     );
     save(&image(vec![layered]), &at.join("layer.exr"));
     let mut bad_numbers = observation("good.exr");
-    bad_numbers["x"] = json!("left");
     bad_numbers["depth_m"] = json!(-2.0);
     bad_numbers["noise_sigma"] = json!({"X": 1.0});
-    bad_numbers["dept_m"] = json!(2.0);
+    bad_numbers["gain"] = json!(0.0);
+    bad_numbers["ideal_x"] = json!(1.0);
+    // A value of another type, and a key that does not exist: the first is the only fault of its observation.
+    let misfit = |key: &str, value: Value| {
+        let mut misfit = observation("good.exr");
+        misfit[key] = value;
+        misfit
+    };
     let names = [
         "nan", "dark", "negative", "cut", "empty", "layer", "missing",
     ];
     let mut list = vec![observation("good.exr"), bad_numbers];
     list.extend(names.map(|n| observation(&format!("{n}.exr"))));
     list.extend(["../x.exr", "/etc/x.exr", "C:\\x.exr", "a\\..\\..\\x.exr"].map(observation));
-    list.push(json!(7));
+    list.extend([json!(7), json!([1])]);
+    list.push(misfit("x", json!("left")));
+    list.push(misfit("dept_m", json!(2.0)));
+    list.push(misfit("gain", Value::Null));
+    list.push(misfit("flux", json!({"R": "x"})));
     let count = list.len();
     put(at, &set(list));
     let text = refused(at);
     for expected in [
-        "observation 1 (good.exr) x: is the text \"left\"",
         "observation 1 (good.exr) depth_m: is -2",
         "observation 1 (good.exr) noise_sigma: names the channel `X`",
-        "observation 1 (good.exr) dept_m: is not a key of this format; remove it, or use one of: file, x, y, depth_m",
+        "observation 1 (good.exr) gain: is 0; give counts per electron",
+        "observation 1 (good.exr) ideal_y: is missing beside ideal_x",
         "observation 2 (nan.exr) channel R: the sample at column 1, row 1 is NaN",
         "observation 2 (nan.exr) channel B",
         "observation 3 (dark.exr) channel G: holds no light",
@@ -218,7 +228,12 @@ fn all_faults_are_reported_together_and_bad_observations_can_be_skipped() {
         "observation 10 (/etc/x.exr) file",
         "observation 11 (C:\\x.exr) file",
         "observation 12 (a\\..\\..\\x.exr) file",
-        "observation 13 observation: is 7",
+        "observation 13 observation: does not fit: invalid type: integer `7`, expected a JSON object; correct it",
+        "observation 14 observation: is a list",
+        "observation 15 (good.exr) x: does not fit: invalid type: string \"left\"",
+        "observation 16 (good.exr) dept_m: does not fit: unknown field `dept_m`, expected one of `file`, `x`, `y`, `depth_m`",
+        "observation 17 (good.exr) gain: is null",
+        "observation 18 (good.exr) flux: does not fit: expected a number, or an object",
     ] {
         assert!(text.contains(expected), "no `{expected}` in:\n{text}");
     }
@@ -264,11 +279,11 @@ fn faults_of_the_set_itself_are_never_skipped() {
     assert!(refused(at).contains("contains no manifest.json"));
     tile(&at.join("a.exr"), |_| {});
     for (key, value, expected) in [
-        ("format", json!("other"), "format: is the text \"other\""),
+        ("format", json!("other"), "format: is \"other\""),
         (
             "version",
             json!(3),
-            "version: is 3; only versions 1 and 2 are read",
+            "version: is 3; give a set of the format",
         ),
         ("image_size", json!([0, 10]), "image_size: is [0,10]"),
         ("image_size", json!([10.5, 10]), "image_size: is [10.5,10]"),
@@ -276,7 +291,7 @@ fn faults_of_the_set_itself_are_never_skipped() {
         (
             "optical_axis",
             json!([1.0, "b"]),
-            "optical_axis: is the text \"b\"",
+            "optical_axis[1]: does not fit: invalid type: string \"b\"",
         ),
         (
             "optical_axis",
@@ -286,17 +301,21 @@ fn faults_of_the_set_itself_are_never_skipped() {
         ("pixel_pitch_um", json!(0.0), "pixel_pitch_um: is 0"),
         ("channels", json!([]), "channels: is empty"),
         ("channels", json!(["R", "R"]), "names `R` twice"),
-        ("channels", json!("R"), "channels: is the text"),
+        ("channels", json!("R"), "channels: does not fit"),
         (
             "camera",
-            json!({"f_number": -1.0, "iso": 3}),
+            json!({"f_number": -1.0}),
             "camera.f_number: is -1",
         ),
-        ("camera", json!({"iso": 3}), "camera.iso: is not a key"),
+        (
+            "camera",
+            json!({"iso": 3}),
+            "camera.iso: does not fit: unknown field",
+        ),
         (
             "camera",
             json!({"wavelength_nm": {"R": "x"}}),
-            "camera.wavelength_nm.R: is",
+            "camera.wavelength_nm.R: does not fit",
         ),
         (
             "camera",
@@ -314,8 +333,8 @@ fn faults_of_the_set_itself_are_never_skipped() {
             "camera.wavelength_nm.R: is 0.62; give nanometres",
         ),
         ("observations", json!([]), "observations: is empty"),
-        ("observations", json!({}), "observations: is an object"),
-        ("extra", json!(1), "extra: is not a key of this format"),
+        ("observations", json!({}), "observations: does not fit"),
+        ("extra", json!(1), "extra: does not fit: unknown field"),
     ] {
         let mut all = set(vec![observation("a.exr")]);
         all[key] = value;
@@ -335,7 +354,8 @@ fn faults_of_the_set_itself_are_never_skipped() {
         let mut all = set(vec![observation("a.exr")]);
         all.as_object_mut().expect("object").remove(key);
         put(at, &all);
-        assert!(refused(at).contains(&format!("{key}: is missing")), "{key}");
+        let text = refused(at);
+        assert!(text.contains("missing") && text.contains(key), "{text}");
     }
     fs::write(at.join("manifest.json"), "{\"format\": \n oops}").expect("writes");
     assert!(refused(at).contains("line 2, column 2"), "{}", refused(at));
@@ -344,7 +364,7 @@ fn faults_of_the_set_itself_are_never_skipped() {
         .replace("96.5", "NaN");
     fs::write(at.join("manifest.json"), text).expect("writes");
     assert!(
-        refused(at).contains("observation 0 (a.exr) x: is the text \"NaN\""),
+        refused(at).contains("observation 0 (a.exr) x: does not fit: invalid type: string \"NaN\""),
         "{}",
         refused(at)
     );

@@ -1,10 +1,10 @@
-//! Signatures: tuples, destructured parameters and bare `bool`s.
+//! Signatures of functions that other modules call: tuples and bare `bool`s.
 
 use syn::spanned::Spanned as _;
 use syn::visit::{self, Visit};
-use syn::{FnArg, Pat, Signature, Type};
+use syn::{FnArg, ImplItemFn, ItemFn, Signature, TraitItemFn, Type, TypeTuple, Visibility};
 
-use super::{Finding, Rule};
+use super::Finding;
 
 /// Smallest size of a tuple that should be a struct.
 const LARGE_TUPLE: usize = 3;
@@ -12,85 +12,75 @@ const LARGE_TUPLE: usize = 3;
 /// Beginnings of names that say what a `bool` argument means: the new value of a property, or a condition to check.
 const NAMES_OF_BOOLS: [&str; 3] = ["with_", "set_", "expect"];
 
-/// A function of any kind.
-#[derive(Clone, Copy)]
-pub(super) struct Call<'a> {
-    pub(super) signature: &'a Signature,
-    /// Whether other modules can call it.
-    pub(super) is_public: bool,
+/// Looks for breaches in the signatures of a Rust file.
+pub(super) fn check(text: &str, found: &mut Vec<Finding>) {
+    if let Ok(syntax) = syn::parse_file(text) {
+        Functions { found }.visit_file(&syntax);
+    }
 }
 
-/// Looks for breaches in the signature of a function. Those of C are given by their standard.
-pub(super) fn check(call: Call<'_>, found: &mut Vec<Finding>) {
-    let Call {
-        signature,
-        is_public,
-    } = call;
-    if signature.abi.is_some() {
-        return;
+struct Functions<'a> {
+    found: &'a mut Vec<Finding>,
+}
+
+impl Functions<'_> {
+    fn check(&mut self, signature: &Signature) {
+        // Those of C are given by their standard.
+        if signature.abi.is_some() {
+            return;
+        }
+        let name = signature.ident.to_string();
+        if !NAMES_OF_BOOLS.iter().any(|start| name.starts_with(start)) {
+            for input in signature.inputs.iter().filter(is_bool) {
+                self.found.push(Finding {
+                    line: input.span().start().line,
+                    message: format!("{name}: a bare bool; write an enum"),
+                });
+            }
+        }
+        LargeTuples { found: self.found }.visit_signature(signature);
     }
-    let name = signature.ident.to_string();
-    let names_bool = NAMES_OF_BOOLS.iter().any(|start| name.starts_with(start));
-    let mut add = |rule, line, message| {
-        found.push(Finding {
-            rule,
-            line,
-            message,
-        })
+}
+
+fn is_bool(input: &&FnArg) -> bool {
+    let FnArg::Typed(typed) = input else {
+        return false;
     };
-    for input in &signature.inputs {
-        let FnArg::Typed(parameter) = input else {
-            continue;
-        };
-        let line = parameter.span().start().line;
-        if is_tuple_pattern(&parameter.pat) {
-            add(
-                Rule::Pattern,
-                line,
-                format!("{name}: a parameter destructures a tuple"),
-            );
+    matches!(&*typed.ty, Type::Path(path) if path.path.is_ident("bool"))
+}
+
+impl<'ast> Visit<'ast> for Functions<'_> {
+    fn visit_item_fn(&mut self, function: &'ast ItemFn) {
+        if !matches!(function.vis, Visibility::Inherited) {
+            self.check(&function.sig);
         }
-        if is_public && !names_bool && is_bool(&parameter.ty) {
-            add(
-                Rule::Bool,
-                line,
-                format!("{name}: a bare bool; write an enum"),
-            );
-        }
+        visit::visit_item_fn(self, function);
     }
-    if is_public {
-        let mut tuples = LargeTuples { lines: Vec::new() };
-        tuples.visit_signature(signature);
-        for line in tuples.lines {
-            add(
-                Rule::Tuple,
-                line,
-                format!("{name}: a tuple of three or more; write a struct"),
-            );
+
+    fn visit_impl_item_fn(&mut self, function: &'ast ImplItemFn) {
+        if !matches!(function.vis, Visibility::Inherited) {
+            self.check(&function.sig);
         }
+        visit::visit_impl_item_fn(self, function);
+    }
+
+    fn visit_trait_item_fn(&mut self, function: &'ast TraitItemFn) {
+        self.check(&function.sig);
+        visit::visit_trait_item_fn(self, function);
     }
 }
 
-fn is_tuple_pattern(pattern: &Pat) -> bool {
-    match pattern {
-        Pat::Tuple(_) => true,
-        Pat::Reference(reference) => is_tuple_pattern(&reference.pat),
-        _ => false,
-    }
+struct LargeTuples<'a> {
+    found: &'a mut Vec<Finding>,
 }
 
-fn is_bool(of: &Type) -> bool {
-    matches!(of, Type::Path(path) if path.path.is_ident("bool"))
-}
-
-struct LargeTuples {
-    lines: Vec<usize>,
-}
-
-impl<'ast> Visit<'ast> for LargeTuples {
-    fn visit_type_tuple(&mut self, tuple: &'ast syn::TypeTuple) {
+impl<'ast> Visit<'ast> for LargeTuples<'_> {
+    fn visit_type_tuple(&mut self, tuple: &'ast TypeTuple) {
         if tuple.elems.len() >= LARGE_TUPLE {
-            self.lines.push(tuple.span().start().line);
+            self.found.push(Finding {
+                line: tuple.span().start().line,
+                message: "a tuple of three or more in a signature; write a struct".to_owned(),
+            });
         }
         visit::visit_type_tuple(self, tuple);
     }
