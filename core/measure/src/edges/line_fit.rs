@@ -9,9 +9,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use seidel_optics::numeric::StandardNormal;
-
-use crate::robust::scatter;
+use seidel_optics::numeric::{StandardNormal, scatter};
 
 /// Unknowns: dark, step, g_t, g_s, c0, c1, c2, sigma.
 const UNKNOWNS: usize = 8;

@@ -24,11 +24,11 @@ use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use crate::calibration::{Calibration, check_alike};
 use crate::photograph::Photograph;
 use crate::rejection::{LeftOut, Reason};
-use crate::robust::{quantile, scatter};
 use line_fit::{EdgePixel, LineFit};
 use noise::{Plateau, Side};
 use profile::{EdgeNoise, Profile};
 use segments::{DetectionImage, Segment};
+use seidel_optics::numeric::{quantile, scatter};
 use strips::Strip;
 
 /// Settings of [`measure_edges`].

@@ -6,13 +6,13 @@
 
 use nalgebra::{DMatrix, DVector, Vector2};
 
-use super::edge_problem::median;
 use crate::fit::axis::AxisEstimate;
 use crate::least_squares::{self, Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use seidel_optics::edges::Edge;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::MomentCoefficients;
+use seidel_optics::numeric::{dot, median};
 
 /// Iterations of reweighting.
 const ITERATIONS: usize = 12;
@@ -87,25 +87,18 @@ pub(super) fn fit(frame: &Frame, edges: &[&Edge]) -> Result<MomentFit> {
         let (targets, sigmas): (Vec<f64>, Vec<f64>) =
             edges.iter().map(|e| moment(e, which)).unzip();
         // Errors of the model are not smaller than those of good edges.
-        let floor = 0.5 * median(&sigmas);
+        let floor = 0.5 * median(&mut sigmas.clone());
         let weights: Vec<f64> = sigmas.iter().map(|s| 1.0 / s.max(floor)).collect();
         let mut robust = weights.clone();
         let mut found = least_squares::solve(&rows, &targets, &robust)?;
         for _ in 0..ITERATIONS {
             let residuals: Vec<f64> = (rows.iter().zip(&targets))
-                .map(|(row, target)| {
-                    target
-                        - row
-                            .iter()
-                            .zip(&found.values)
-                            .map(|(a, b)| a * b)
-                            .sum::<f64>()
-                })
+                .map(|(row, target)| target - dot(row, &found.values))
                 .collect();
             let scaled: Vec<f64> = (residuals.iter().zip(&weights))
                 .map(|(r, w)| (r * w).abs())
                 .collect();
-            let scatter = (1.4826 * median(&scaled)).max(1e-9);
+            let scatter = (1.4826 * median(&mut scaled.clone())).max(1e-9);
             for ((robust, weight), r) in robust.iter_mut().zip(&weights).zip(&scaled) {
                 *robust = weight / (1.0 + (r / (TOLERANCE * scatter)).powi(2)).sqrt();
             }

@@ -8,6 +8,7 @@ use crate::fit::pixels::parameters::ParameterLayout;
 use crate::least_squares::{
     CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
+use seidel_optics::numeric::median;
 
 /// Multiple of the median misfit, at least one, up to which edges keep nearly full weight.
 const TOLERANCE: f64 = 6.0;
@@ -49,7 +50,7 @@ impl EdgeProblem<'_> {
             .collect();
         EdgePoint {
             loss: CauchyLoss {
-                scale: TOLERANCE * median(&misfits).max(1.0),
+                scale: TOLERANCE * median(&mut misfits.clone()).max(1.0),
             },
             theta,
             misfits,
@@ -110,11 +111,4 @@ impl LeastSquares for EdgeProblem<'_> {
         let cost = self.cost(&moved, point.loss);
         Some(Trial::new(moved, cost, &step))
     }
-}
-
-/// Returns the median; one for no values.
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
 }

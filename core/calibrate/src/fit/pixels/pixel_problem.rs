@@ -11,6 +11,7 @@ use super::tile_equations::{Comparison, FitTile, MisfitSettings, TileEquations, 
 use crate::least_squares::{
     CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
+use seidel_optics::numeric::median;
 
 /// Lower bound of the symmetric blur's variance, px².
 const MIN_BLUR_PX2: f64 = 0.0;
@@ -31,9 +32,7 @@ const DAMPING: Damping = Damping {
 
 /// Returns the loss that suits the median of `misfits`, those of all `tiles`.
 fn robust_loss(tiles: &[&FitTile], settings: MisfitSettings, misfits: &[f64]) -> CauchyLoss {
-    let mut misfits = misfits.to_vec();
-    misfits.sort_by(f64::total_cmp);
-    let median = misfits[misfits.len() / 2];
+    let median = median(&mut misfits.to_vec());
     let noise_known = tiles.iter().any(|t| t.sigma > 0.0);
     let scale = if settings.metric == Metric::Pixels && noise_known {
         NOISE_TOLERANCE * median.max(1.0)

@@ -12,6 +12,7 @@ use super::parameters::ParameterLayout;
 use crate::least_squares::RegistrationSums;
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, Stop, TERMS, Transmission, Wavefront};
+use seidel_optics::numeric::dot;
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 
 /// Number of nuisance parameters per tile: flux, and centroid along x and y.
@@ -162,10 +163,6 @@ impl TangentBasis {
             },
         )
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Extends the orthonormal `basis` by `vector` (Gram-Schmidt).
