@@ -6,6 +6,7 @@
 //! 3. The line is fitted again in every channel (`line_fit`); residuals beside the edges give the noise (`noise`).
 //! 4. Pixels are binned by their distance from the line, and a fit of the profile gives its moments (`profile`).
 
+mod damped_steps;
 mod line_fit;
 mod noise;
 mod profile;
