@@ -43,9 +43,7 @@ pub fn apply(
 ) -> Result<Image> {
     let session = Arc::new(LensSession::new(lens, settings)?);
     if session.is_neutral() {
-        plate.image.check_sizes()?;
-        plate.image.check_finite()?;
-        return Ok(plate.image.clone());
+        return plate.image.checked_copy();
     }
     let plate = session.prepare(plate.clone())?;
     plate.to_image(plate.apply(progress)?)

@@ -42,13 +42,7 @@ impl Image {
         names: Vec<String>,
         colours: Vec<Vec<f32>>,
     ) -> Result<Self> {
-        let image = Self {
-            width,
-            height,
-            names,
-            colours,
-            ..Self::default()
-        };
+        let image = Self::from_planes(width, height, names, colours);
         image.check_sizes()?;
         Ok(image)
     }
@@ -220,6 +214,13 @@ impl Image {
             }
         }
         Ok(())
+    }
+
+    /// Returns a copy, after both checks: the result of a lens without blur.
+    pub(crate) fn checked_copy(&self) -> Result<Self> {
+        self.check_sizes()?;
+        self.check_finite()?;
+        Ok(self.clone())
     }
 
     /// Checks that all samples of a computed image are finite.

@@ -45,9 +45,7 @@ pub fn match_colours(
 ) -> Result<Image> {
     let session = Arc::new(LensSession::new(lens, &settings.of_measured_lens())?);
     if session.is_neutral() || settings.removal.strength == 0.0 {
-        plate.image.check_sizes()?;
-        plate.image.check_finite()?;
-        return Ok(plate.image.clone());
+        return plate.image.checked_copy();
     }
     let plate = session.prepare(plate.clone())?;
     plate.to_image(plate.match_colours(progress)?)

@@ -51,9 +51,7 @@ pub fn relens(
     let from = Arc::new(LensSession::new(from, &settings.of_measured_lens())?);
     let to = Arc::new(LensSession::new(to, settings)?);
     if from.is_neutral() {
-        plate.image.check_sizes()?;
-        plate.image.check_finite()?;
-        return Ok(plate.image.clone());
+        return plate.image.checked_copy();
     }
     let plate = from.prepare(plate.clone())?;
     plate.relens(&plate.for_session(&to)?, progress)

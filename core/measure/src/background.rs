@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::photograph::Photograph;
-use crate::robust::{median, scatter};
+use seidel_optics::numeric::{median, scatter};
 
 /// Side of a cell of the mesh, px: several times the extent of a light, so that most of its pixels are dark.
 const CELL_PX: usize = 48;

@@ -4,7 +4,7 @@ use seidel_optics::error::{Error, Result};
 
 use crate::background::Background;
 use crate::photograph::Photograph;
-use crate::robust::{median, scatter};
+use seidel_optics::numeric::{median, scatter};
 
 /// Excess of a dark frame over its median from which on a pixel is defective, standard deviations. Its photo noise is not
 /// that of its neighbours even after subtraction.

@@ -37,7 +37,6 @@ pub mod photon_transfer;
 pub mod printed;
 pub mod profile_fit;
 pub mod rejection;
-mod robust;
 pub mod smooth_field;
 
 pub use calibration::Calibration;

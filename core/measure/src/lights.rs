@@ -17,9 +17,9 @@ use crate::detection::{Filtered, Peak, Signal};
 use crate::photograph::Photograph;
 use crate::profile_fit::Profile;
 use crate::rejection::{LeftOut, Reason};
-use crate::robust::quantile;
 use candidate::Scene;
 use repeats::reject_moved;
+use seidel_optics::numeric::quantile;
 
 /// Settings of [`measure_lights`].
 #[derive(Debug, Clone, Copy, PartialEq)]

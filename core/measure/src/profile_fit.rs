@@ -11,6 +11,7 @@
 //! moments of the light without sums over pixels, so that gaps of a mosaic do not matter.
 
 use nalgebra::{DMatrix, DVector};
+use seidel_optics::numeric::dot;
 
 /// Largest number of iterations, and the shift of the centroid in px below which they end.
 const MAX_ITERATIONS: usize = 40;
@@ -302,12 +303,7 @@ fn solve(
     let coefficients: DVector<f64> = &covariance * right;
     let model = rows
         .chunks_exact(count)
-        .map(|row| {
-            row.iter()
-                .zip(coefficients.iter())
-                .map(|(a, b)| a * b)
-                .sum()
-        })
+        .map(|row| dot(row, coefficients.as_slice()))
         .collect();
     Some(Solution {
         powers,

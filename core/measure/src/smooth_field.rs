@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::robust::scatter;
+use seidel_optics::numeric::{dot, scatter};
 
 /// Values per coefficient that a polynomial needs.
 const VALUES_PER_TERM: f64 = 2.5;
@@ -36,15 +36,7 @@ pub fn departures(places: &[[f64; 2]], values: &[f64], sigmas: &[f64]) -> Option
     for _ in 0..MAX_ITERATIONS {
         let coefficients = solve(places, values, sigmas, &kept, degree)?;
         let residuals: Vec<f64> = (places.iter().zip(values))
-            .map(|(place, value)| {
-                let row = row(*place, degree);
-                value
-                    - row
-                        .iter()
-                        .zip(coefficients.iter())
-                        .map(|(a, b)| a * b)
-                        .sum::<f64>()
-            })
+            .map(|(place, value)| value - dot(&row(*place, degree), coefficients.as_slice()))
             .collect();
         let of_kept: Vec<f64> = (residuals.iter().zip(&kept))
             .filter_map(|(r, k)| k.then_some(*r))
@@ -85,7 +77,7 @@ fn solve(
     let count = terms(degree);
     let mut normal = DMatrix::zeros(count, count);
     let mut right = DVector::zeros(count);
-    let typical = crate::robust::median(&mut sigmas.to_vec()).max(f64::MIN_POSITIVE);
+    let typical = seidel_optics::numeric::median(&mut sigmas.to_vec()).max(f64::MIN_POSITIVE);
     for k in (0..values.len()).filter(|k| kept[*k]) {
         let row = row(places[k], degree);
         // Bright lights are no better than the field is smooth.

@@ -1,6 +1,7 @@
 //! A tile: the samples of one PSF on a small pixel grid.
 
 use crate::error::{Error, Result};
+use crate::numeric::median;
 
 /// Samples of one channel of one PSF, row-major from the top-left pixel, scene-linear.
 ///
@@ -90,13 +91,8 @@ impl Tile {
                 }
             }
         }
-        if differences.is_empty() {
-            return 0.0;
-        }
-        let middle = differences.len() / 2;
-        let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
         // The median of |x| of a standard normal distribution is 0.6745; a difference has twice the variance.
-        *median / (0.674_49 * std::f64::consts::SQRT_2)
+        median(&mut differences) / (0.674_49 * std::f64::consts::SQRT_2)
     }
 
     /// Returns the tile with `background` subtracted from every sample.

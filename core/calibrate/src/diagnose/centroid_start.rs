@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::hypothesis::Hypothesis;
 use super::registration::Registration;
 use super::tiles::TileData;
+use seidel_optics::numeric::median;
 
 /// Root mean square offset of observed from predicted centroids from which on shifts are estimated by centroids, px.
 const MIN_OFFSET_PX: f64 = 1.0;
@@ -47,8 +48,7 @@ pub(super) fn with_placed_centroids(
             .filter_map(|t| offset(hypothesis, &theta, t))
             .collect();
         let mut sizes: Vec<f64> = offsets.iter().map(|[x, y]| x.hypot(*y)).collect();
-        sizes.sort_by(f64::total_cmp);
-        let limit = OUTLIER_MEDIANS * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) + 1e-9;
+        let limit = OUTLIER_MEDIANS * median(&mut sizes) + 1e-9;
         let n = shifting.len();
         let mut normal: DMatrix<f64> = DMatrix::zeros(n, n);
         let mut right = DVector::zeros(n);

@@ -8,6 +8,7 @@ use super::prediction::{Linearisation, ParameterStep, PlacedTile, TilePredictor}
 use super::shift_basis::{PredictedTile, ShiftBasis, least_squares_shifts};
 use super::tiles::{FOLDS, TileData};
 use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
+use seidel_optics::numeric::dot;
 use seidel_optics::psf::pupil::Detail;
 
 /// Noise contribution at which a tile's weight has fallen to a half.
@@ -294,7 +295,6 @@ impl<'a> GapProblem<'a> {
                     .collect();
                 let residual = stack.residual();
                 let n = columns.len();
-                let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
                 let mut matrix = DMatrix::zeros(n, n);
                 for i in 0..n {
                     for j in 0..=i {

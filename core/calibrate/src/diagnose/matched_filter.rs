@@ -4,6 +4,7 @@
 //! than the PSF, and steps along gradients do not lead back from there.
 
 use rayon::prelude::*;
+use seidel_optics::numeric::dot;
 use seidel_optics::psf::pupil::Detail;
 
 use super::gap_problem::weight;
@@ -99,11 +100,7 @@ impl Pictures<'_> {
                 let count = (end - start) as usize;
                 let observed = &self.observed[at(start, row)..][..count];
                 let predicted = &self.predicted[at(start - x, row - y)..][..count];
-                observed
-                    .iter()
-                    .zip(predicted)
-                    .map(|(o, p)| o * p)
-                    .sum::<f64>()
+                dot(observed, predicted)
             })
             .sum();
         let norm: f64 = self.predicted.iter().map(|p| p * p).sum();

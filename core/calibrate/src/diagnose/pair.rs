@@ -40,7 +40,8 @@ use seidel_optics::predict::Predictor;
 use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
 
-use crate::registration::{Similarity, median};
+use crate::registration::Similarity;
+use seidel_optics::numeric::median;
 
 /// Smallest and largest side of tiles, px.
 const SIDES: (usize, usize) = (9, 129);
@@ -344,11 +345,11 @@ impl Job<'_> {
             })
         })?;
         let checked = found.iter().flatten().flat_map(|w| &w.estimates);
-        let ratios: Vec<f64> = checked.filter_map(|e| e.noise_ratio).collect();
+        let mut ratios: Vec<f64> = checked.filter_map(|e| e.noise_ratio).collect();
         let factor = if ratios.is_empty() {
             1.0
         } else {
-            median(&ratios).sqrt()
+            median(&mut ratios).sqrt()
         };
         for window in found.iter_mut().flatten() {
             window.estimates.iter_mut().for_each(|e| e.sigma *= factor);

@@ -4,6 +4,7 @@ use super::diagnosis::{Order, Shape, TileGap};
 use super::hypothesis::Hypothesis;
 use super::prediction::{TilePredictor, central_difference};
 use super::tiles::TileData;
+use seidel_optics::numeric::{dot, median};
 use seidel_optics::psf::pupil::Detail;
 
 /// Orders of PSF changes, with their numbers of image derivatives.
@@ -94,10 +95,6 @@ pub(super) fn shape(tiles: &[&TileData], hypothesis: &Hypothesis, theta: &[f64])
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
 /// Returns the squared radius about the centroid that encloses half of the light, and the centroid.
 fn core_circle(tile: &TileData, picture: &[f64]) -> (f64, [f64; 2]) {
     let width = tile.size.0;
@@ -166,8 +163,7 @@ pub(super) fn describe(shape: &Shape, tiles: &[&TileData], gaps: &[TileGap]) -> 
         own.iter().sum::<f64>() / own.len().max(1) as f64
     };
     let mut radii: Vec<f64> = tiles.iter().map(|t| t.point.at.radius()).collect();
-    radii.sort_by(f64::total_cmp);
-    let middle = radii[radii.len() / 2];
+    let middle = median(&mut radii);
     let (inner, outer) = (
         mean(&|k| tiles[k].point.at.radius() < middle),
         mean(&|k| tiles[k].point.at.radius() >= middle),

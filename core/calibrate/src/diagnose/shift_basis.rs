@@ -5,6 +5,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::prediction::central_difference;
 use super::registration::Registration;
 use super::tiles::TileData;
+use seidel_optics::numeric::dot;
 
 /// Orthonormal basis of the image changes by the unknown shifts of an observation. Vectors run over the pixels of all of its
 /// tiles, one tile after the other, each times its scale.
@@ -55,7 +56,7 @@ impl ShiftBasis {
     /// Subtracts from `values` their projection onto the basis.
     pub(super) fn remove_from(&self, values: &mut [f64]) {
         for direction in &self.0 {
-            let along: f64 = direction.iter().zip(&*values).map(|(a, b)| a * b).sum();
+            let along = dot(direction, values);
             for (value, d) in values.iter_mut().zip(direction) {
                 *value -= along * d;
             }

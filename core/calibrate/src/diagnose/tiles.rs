@@ -13,6 +13,7 @@ use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::{LocalPupil, VergenceSeries};
 use seidel_optics::moments::support::{Support, TilePixels};
+use seidel_optics::numeric::dot;
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{LensProfile, PupilChannel};
@@ -114,7 +115,6 @@ impl TileData {
         }
         let mut predicted = predicted.to_vec();
         self.mask(&mut predicted);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let share =
             self.free_flux * dot(values, &predicted) / dot(&predicted, &predicted).max(1e-300);
         for (value, p) in values.iter_mut().zip(&predicted) {

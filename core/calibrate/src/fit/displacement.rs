@@ -3,6 +3,7 @@
 use crate::least_squares;
 use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
+use seidel_optics::numeric::{dot, median};
 use seidel_optics::profile::RadialDisplacement;
 
 /// Passes of the reweighted least squares. Errors beyond this many medians, and at least this many half frame widths (0.001 px
@@ -81,14 +82,9 @@ impl DisplacementTerms {
         let mut fit = least_squares::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
         for _ in 0..REWEIGHTED_PASSES {
             let errors: Vec<f64> = (rows.iter().zip(&targets))
-                .map(|(row, target)| {
-                    let fitted = row.iter().zip(&fit.values).map(|(r, v)| r * v);
-                    (target - fitted.sum::<f64>()).abs()
-                })
+                .map(|(row, target)| (target - dot(row, &fit.values)).abs())
                 .collect();
-            let mut sorted = errors.clone();
-            sorted.sort_by(f64::total_cmp);
-            let limit = OUTLIER_MEDIANS * sorted[sorted.len() / 2] + MIN_OUTLIER;
+            let limit = OUTLIER_MEDIANS * median(&mut errors.clone()) + MIN_OUTLIER;
             let weights: Vec<f64> = (errors.iter())
                 .map(|error| (limit / error.max(limit)).sqrt())
                 .collect();

@@ -15,6 +15,7 @@ use crate::measure::MeasuredTile;
 use moment_problem::{MomentProblem, Orders, Parameters, TileEquation};
 use seidel_optics::field::Frame;
 use seidel_optics::lens::{MomentCoefficients, ReducedNumbers};
+use seidel_optics::numeric::median;
 
 /// An initial estimate for a pixel fit. Lengths in px of the PSF, field in half frame widths.
 ///
@@ -175,7 +176,7 @@ impl ChannelProblem {
             .zip(&planes)
             .map(|(group, plane)| on_axis_variance(group, plane.as_ref()))
             .collect();
-        let size = median(variances.iter().map(|v| 2.0 * v.sqrt()).collect());
+        let size = finite_median(variances.iter().map(|v| 2.0 * v.sqrt()).collect());
         let per_field2 = size / (reach * reach);
         let scales = Parameters::new(size, size, size, per_field2, per_field2, size / reach);
         let problem = |equations| MomentProblem {
@@ -435,7 +436,11 @@ impl ChannelProblem {
                 .flatten()
                 .map(|s| 2.0 * of(&s.0).max(0.0).sqrt())
                 .collect();
-            let found = if known.is_empty() { 0.0 } else { median(known) };
+            let found = if known.is_empty() {
+                0.0
+            } else {
+                finite_median(known)
+            };
             found.clamp(0.05 * scale, scale)
         };
         let sagittal = size(|s| s[4]);
@@ -482,15 +487,19 @@ fn negate_pupil(numbers: &Parameters) -> Parameters {
 /// Returns S1, bounded below by a tenth of the median variance: near focus a fitted S1 may be zero or
 /// negative.
 fn on_axis_variance(group: &[&MeasuredTile], plane: Option<&MomentCoefficients>) -> f64 {
-    let median_misfit = median(group.iter().map(|t| t.optical.trace() / 2.0).collect());
+    let median_misfit = finite_median(group.iter().map(|t| t.optical.trace() / 2.0).collect());
     let least = (0.1 * median_misfit).max(0.01);
     plane.map_or(median_misfit, |s| s.0[0]).max(least)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// Returns the median of the finite `values`, 1 if there are none.
+fn finite_median(mut values: Vec<f64>) -> f64 {
     values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(1.0)
+    if values.is_empty() {
+        1.0
+    } else {
+        median(&mut values)
+    }
 }
 
 /// Fits a line through `values` with weights 1 / `variances`. Returns its mean square error, and its value at

@@ -14,6 +14,7 @@
 //! from moments ([`initial`]) and the held-out tiles ([`holdout`]).
 
 pub mod axis;
+mod axis_problem;
 pub mod displacement;
 pub mod edges;
 mod front;
@@ -312,17 +313,25 @@ impl MomentsSettings {
             Weighting::Weighted => "weighted",
             Weighting::Unweighted => "unweighted",
         };
-        let axis = match self.axis {
-            AxisChoice::AsObserved => "axis as observed".to_owned(),
-            AxisChoice::At(p) => format!("axis at ({}, {})", p.x_px, p.y_px),
-            AxisChoice::Free => "axis free".to_owned(),
-        };
-        let support = match self.support {
-            Support::Auto => "pixels above the noise",
-            Support::AllPixels => "all pixels",
-        };
-        format!("moments, {weighting}, {axis}, {support}")
+        format!(
+            "moments, {weighting}, {}",
+            axis_and_support(self.axis, self.support)
+        )
     }
+}
+
+/// Returns the settings of the axis and of the pixels that count, in words.
+fn axis_and_support(axis: AxisChoice, support: Support) -> String {
+    let axis = match axis {
+        AxisChoice::AsObserved => "axis as observed".to_owned(),
+        AxisChoice::At(p) => format!("axis at ({}, {})", p.x_px, p.y_px),
+        AxisChoice::Free => "axis free".to_owned(),
+    };
+    let support = match support {
+        Support::Auto => "pixels above the noise",
+        Support::AllPixels => "all pixels",
+    };
+    format!("{axis}, {support}")
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use crate::measure::MeasuredTile;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::MomentCoefficients;
+use seidel_optics::numeric::median;
 use seidel_optics::psf::LEAST_VARIANCE_PX2;
 
 /// Weights of the residuals.
@@ -265,9 +266,8 @@ fn typical_misfit(tiles: &[&MeasuredTile], residuals: &[[f64; 7]]) -> [f64; 2] {
                 rms * rms - noise * noise
             })
             .collect();
-        beyond.sort_by(f64::total_cmp);
         // The floor keeps weights finite where the model fits exactly.
-        beyond[beyond.len() / 2].max(0.0).sqrt().max(1e-6)
+        median(&mut beyond).max(0.0).sqrt().max(1e-6)
     })
 }
 

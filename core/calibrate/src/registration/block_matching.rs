@@ -5,6 +5,7 @@ use seidel_optics::field::ImagePoint;
 
 use super::picture::Picture;
 use super::similarity::PointPair;
+use seidel_optics::numeric::dot;
 
 /// Side of a block, px.
 const BLOCK: usize = 64;
@@ -116,8 +117,4 @@ fn cut(picture: &Picture, place: (isize, isize)) -> Option<Vec<f64>> {
     }
     block.iter_mut().for_each(|v| *v /= norm);
     Some(block)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -14,10 +14,10 @@ pub use picture::Picture;
 pub use similarity::{Freedom, PointPair, Similarity};
 
 pub(crate) use resample::Planes;
-pub(crate) use similarity::median;
 
 use phase_correlation::peak;
 use seidel_optics::error::{Error, ErrorKind, Result};
+use seidel_optics::numeric::median;
 
 /// Longest side of the pictures in the first search, px.
 const COARSE_SIDE: usize = 480;
@@ -87,14 +87,14 @@ pub fn register(from: &Picture, to: &Picture) -> Result<Registration> {
             shift[1]
         ));
     };
-    let residuals: Vec<f64> = pairs.iter().map(|p| fitted.residual(p)).collect();
+    let mut residuals: Vec<f64> = pairs.iter().map(|p| fitted.residual(p)).collect();
     Ok(Registration {
         transform: Similarity {
             a: fitted.a * scale,
             b: fitted.b * scale,
             ..fitted
         },
-        residual_px: median(&residuals),
+        residual_px: median(&mut residuals),
         blocks: pairs.len(),
     })
 }
@@ -104,8 +104,8 @@ pub fn register(from: &Picture, to: &Picture) -> Result<Registration> {
 fn simplest_fit(pairs: &[PointPair]) -> Option<Similarity> {
     let of = |freedom| {
         let fitted = Similarity::fit(pairs, freedom)?;
-        let residuals: Vec<f64> = pairs.iter().map(|p| fitted.residual(p)).collect();
-        Some((fitted, median(&residuals)))
+        let mut residuals: Vec<f64> = pairs.iter().map(|p| fitted.residual(p)).collect();
+        Some((fitted, median(&mut residuals)))
     };
     let (shift, left) = of(Freedom::Shift)?;
     let (similarity, least) = of(Freedom::Similarity)?;

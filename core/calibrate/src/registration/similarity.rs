@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use seidel_optics::field::ImagePoint;
+use seidel_optics::numeric::median;
 
 /// Iterations of reweighting in [`Similarity::fit`].
 const ITERATIONS: usize = 6;
@@ -105,7 +106,7 @@ impl Similarity {
         for _ in 0..ITERATIONS {
             let fitted = weighted(pairs, &weights, freedom)?;
             let residuals: Vec<f64> = pairs.iter().map(|p| fitted.residual(p)).collect();
-            let scale = (OUTLIER_RATIO * median(&residuals)).max(LEAST_RESIDUAL_PX);
+            let scale = (OUTLIER_RATIO * median(&mut residuals.clone())).max(LEAST_RESIDUAL_PX);
             for (weight, residual) in weights.iter_mut().zip(&residuals) {
                 *weight = 1.0 / (1.0 + (residual / scale).powi(2)).powi(2);
             }
@@ -119,13 +120,6 @@ impl Similarity {
         let there = self.apply(pair.from);
         (there.x_px - pair.to.x_px).hypot(there.y_px - pair.to.y_px)
     }
-}
-
-/// Returns the median of `values`, 0 if there are none.
-pub(crate) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn weighted(pairs: &[PointPair], weights: &[f64], freedom: Freedom) -> Option<Similarity> {

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use super::coarse::{Coarse, Plane};
 use super::map::ChartMap;
 use super::picture::{Aperture, ChartPicture};
+use seidel_optics::numeric::dot;
 
 /// Standard deviations of the filters of the homography's stages and of the polynomial's, px of the binned photograph.
 const HOMOGRAPHY_SIGMAS: [f64; 3] = [5.0, 3.0, 2.0];
@@ -198,10 +199,7 @@ impl ChartMap {
                 let at = coarse.grid.position(x, y);
                 let along = |g: [f64; 2]| {
                     let row = self.flow_row(at, g, flow);
-                    row.iter()
-                        .zip(solution.iter())
-                        .map(|(a, b)| a * b)
-                        .sum::<f64>()
+                    dot(&row, solution.as_slice())
                 };
                 along([1.0, 0.0]).hypot(along([0.0, 1.0])) / coarse.grid.step
             })

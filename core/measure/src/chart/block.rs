@@ -7,7 +7,7 @@ use super::picture::Region;
 use super::variation::Variation;
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
-use crate::robust::scatter;
+use seidel_optics::numeric::scatter;
 
 /// Weight of the squared gradient of a tile over the mean diagonal of the normal equations.
 const GRADIENT_WEIGHT: f64 = 1e-4;

@@ -201,7 +201,7 @@ impl ChartMap {
                 let fitted = coefficients.transpose() * row;
                 *remaining = (d.shift[0] + fitted[0]).hypot(d.shift[1] + fitted[1]);
             }
-            let typical = crate::robust::median(&mut remaining.clone());
+            let typical = seidel_optics::numeric::median(&mut remaining.clone());
             // The median of the length of a two-dimensional normal vector is 1.18 standard deviations.
             let limit = (CLIP_SIGMAS * typical / 1.18).max(0.01);
             kept = remaining.iter().map(|r| *r <= limit).collect();
@@ -210,7 +210,7 @@ impl ChartMap {
             old[0] += new[0];
             old[1] += new[1];
         }
-        crate::robust::median(&mut remaining)
+        seidel_optics::numeric::median(&mut remaining)
     }
 }
 

@@ -35,12 +35,12 @@ use seidel_optics::error::{Error, ErrorKind, Result};
 
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
-use crate::robust::{median, quantile};
 use block::{BlockTask, Failure, SharpView};
 use block_estimate::BlockEstimate;
 use kernel::{Integration, centroid};
 use map::Displacement;
 use picture::{Aperture, Grid, Region};
+use seidel_optics::numeric::{median, quantile};
 use variation::Variation;
 
 /// Settings of [`measure_chart`].
@@ -330,7 +330,7 @@ impl Measurement<'_> {
             return false;
         }
         let level = median(&mut values.clone());
-        let spread = crate::robust::scatter(&values);
+        let spread = seidel_optics::numeric::scatter(&values);
         (level / white - 1.0).abs() < SURROUND_LEVEL && spread < SURROUND_SPREAD * level
     }
 

@@ -57,7 +57,7 @@ fn texture_mask(plane: &Plane) -> Vec<bool> {
     };
     let texture = detail.blurred(WINDOW_PX);
     let mut sorted = texture.values.clone();
-    let strong = crate::robust::quantile(&mut sorted, 0.9);
+    let strong = seidel_optics::numeric::quantile(&mut sorted, 0.9);
     let limit = TEXTURE_SHARE * strong;
     texture.values.iter().map(|v| *v > limit).collect()
 }
@@ -240,7 +240,7 @@ fn line_through(boundary: &[[f64; 2]], from: [f64; 2], to: [f64; 2]) -> Option<[
         let mut off: Vec<f64> = (near.iter())
             .map(|p| (line[0] * p[0] + line[1] * p[1] - line[2]).abs())
             .collect();
-        reach = (3.0 * 1.4826 * crate::robust::median(&mut off)).max(1.0);
+        reach = (3.0 * 1.4826 * seidel_optics::numeric::median(&mut off)).max(1.0);
     }
     Some(line)
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::block_estimate::BlockEstimate;
-use crate::robust::median;
+use seidel_optics::numeric::median;
 
 /// Blocks whose kernels decide the change over one of them, the nearest ones, and the least number of them.
 const NEIGHBOURS: usize = 25;

@@ -9,13 +9,17 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use seidel_optics::numeric::StandardNormal;
+use seidel_optics::numeric::{StandardNormal, scatter};
 
-use crate::robust::scatter;
+use super::damped_steps::{Limits, minimise};
 
 /// Unknowns: dark, step, g_t, g_s, c0, c1, c2, sigma.
 const UNKNOWNS: usize = 8;
-const MAX_ITERATIONS: usize = 40;
+const LIMITS: Limits = Limits {
+    iterations: 40,
+    tries: 8,
+    min_gain: 1e-7,
+};
 /// Residuals beyond which a pixel is defective, in scatters of all residuals.
 const OUTLIER_SCATTERS: f64 = 6.0;
 /// Share of defective pixels above which it is not pixels that are wrong.
@@ -155,39 +159,17 @@ fn minimised(pixels: &[EdgePixel], start: LineFit) -> Option<LineFit> {
         let squares = pixels.iter().map(|p| (p.value - fit.value(p)).powi(2));
         squares.sum()
     };
-    let (mut fit, mut lambda) = (start, 1e-3);
-    let mut least = cost(&fit);
-    for _ in 0..MAX_ITERATIONS {
-        let mut normal = SMatrix::<f64, UNKNOWNS, UNKNOWNS>::zeros();
-        let mut right = SVector::<f64, UNKNOWNS>::zeros();
+    let equations = |fit: &LineFit| {
+        let mut normal = SMatrix::zeros();
+        let mut right = SVector::zeros();
         for pixel in pixels {
             let (value, row) = fit.terms(pixel);
             normal += row * row.transpose();
             right += row * (pixel.value - value);
         }
-        let mut lowered = false;
-        let mut gain = 0.0;
-        for _ in 0..8 {
-            let mut damped = normal;
-            for k in 0..UNKNOWNS {
-                damped[(k, k)] *= 1.0 + lambda;
-            }
-            let step = damped.cholesky()?.solve(&right);
-            let moved = fit.moved(&step);
-            let now = cost(&moved);
-            if now < least {
-                gain = (least - now) / least.max(f64::MIN_POSITIVE);
-                (fit, least, lowered) = (moved, now, true);
-                lambda = (lambda * 0.2).max(1e-9);
-                break;
-            }
-            lambda *= 8.0;
-        }
-        if !lowered || gain < 1e-7 {
-            break;
-        }
-    }
-    Some(fit)
+        (normal, right)
+    };
+    minimise(start, cost, equations, LineFit::moved, LIMITS).map(|(fit, _)| fit)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! 3. The line is fitted again in every channel (`line_fit`); residuals beside the edges give the noise (`noise`).
 //! 4. Pixels are binned by their distance from the line, and a fit of the profile gives its moments (`profile`).
 
+mod damped_steps;
 mod line_fit;
 mod noise;
 mod profile;
@@ -24,11 +25,11 @@ use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use crate::calibration::{Calibration, check_alike};
 use crate::photograph::Photograph;
 use crate::rejection::{LeftOut, Reason};
-use crate::robust::{quantile, scatter};
 use line_fit::{EdgePixel, LineFit};
 use noise::{Plateau, Side};
 use profile::{EdgeNoise, Profile};
 use segments::{DetectionImage, Segment};
+use seidel_optics::numeric::{quantile, scatter};
 use strips::Strip;
 
 /// Settings of [`measure_edges`].

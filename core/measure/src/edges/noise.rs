@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::line_fit::{EdgePixel, LineFit};
 use super::profile::EdgeNoise;
 use crate::photograph::Photograph;
-use crate::robust::median;
+use seidel_optics::numeric::median;
 
 /// Distance from the edge at which its blur has ended, widths.
 const BEYOND_WIDTHS: f64 = 3.0;

@@ -13,6 +13,7 @@ use seidel_optics::edges::ProfileBin;
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::numeric::StandardNormal;
 
+use super::damped_steps::{Equations, Limits, minimise};
 use super::line_fit::{EdgePixel, LineFit};
 
 /// Width of a bin, px.
@@ -21,7 +22,11 @@ const BIN_PX: f64 = 0.5;
 const UNKNOWNS: usize = 9;
 /// Index of h3.
 const FIRST_HERMITE: usize = 5;
-const MAX_ITERATIONS: usize = 60;
+const LIMITS: Limits = Limits {
+    iterations: 60,
+    tries: 10,
+    min_gain: 1e-6,
+};
 
 /// A profile with its moments.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,36 +92,17 @@ pub(super) fn fit(mut bins: Vec<ProfileBin>, sigma: f64, dark_over_step: f64) ->
     if bins.len() < UNKNOWNS + 3 {
         return None;
     }
-    let mut model = Model {
+    let start = Model {
         dark_over_step,
         values: SVector::from([0.0, 1.0, 0.0, 0.0, sigma, 0.0, 0.0, 0.0, 0.0]),
     };
-    let (mut least, mut lambda) = (model.chi2(&bins), 1e-3);
-    let mut normal = model.equations(&bins).0;
-    for _ in 0..MAX_ITERATIONS {
-        let right;
-        (normal, right) = model.equations(&bins);
-        let (mut lowered, mut gain) = (false, 0.0);
-        for _ in 0..10 {
-            let mut damped = normal;
-            for k in 0..UNKNOWNS {
-                damped[(k, k)] *= 1.0 + lambda;
-            }
-            let step = damped.cholesky()?.solve(&right);
-            let moved = model.moved(&step);
-            let now = moved.chi2(&bins);
-            if now < least {
-                gain = (least - now) / least;
-                (model, least, lowered) = (moved, now, true);
-                lambda = (lambda * 0.2).max(1e-9);
-                break;
-            }
-            lambda *= 8.0;
-        }
-        if !lowered || gain < 1e-6 {
-            break;
-        }
-    }
+    let mut normal = SMatrix::zeros();
+    let equations = |model: &Model| {
+        let equations = model.equations(&bins);
+        normal = equations.0;
+        equations
+    };
+    let (model, least) = minimise(start, |m| m.chi2(&bins), equations, Model::moved, LIMITS)?;
     let covariance = normal.try_inverse()?;
     let freedom = (bins.len() - UNKNOWNS) as f64;
     let chi2 = least / freedom;
@@ -197,10 +183,7 @@ impl Model {
         squares.sum::<f64>() + prior.sum::<f64>()
     }
 
-    fn equations(
-        &self,
-        bins: &[ProfileBin],
-    ) -> (SMatrix<f64, UNKNOWNS, UNKNOWNS>, SVector<f64, UNKNOWNS>) {
+    fn equations(&self, bins: &[ProfileBin]) -> Equations<UNKNOWNS> {
         let mut normal = SMatrix::zeros();
         let mut right = SVector::zeros();
         for bin in bins {

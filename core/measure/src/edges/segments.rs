@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::robust::{median, quantile};
+use seidel_optics::numeric::{median, quantile};
 
 /// Largest angle between the gradient of a pixel and that of its region, rad.
 const MAX_ANGLE: f64 = 0.35;

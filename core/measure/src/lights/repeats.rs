@@ -5,7 +5,7 @@
 
 use super::MeasuredLight;
 use crate::rejection::{LeftOut, Reason};
-use crate::robust::median;
+use seidel_optics::numeric::median;
 
 /// Shift of the whole frame up to which lights are looked for again, px.
 const SEARCH_PX: f64 = 3.0;

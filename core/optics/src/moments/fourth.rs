@@ -1,6 +1,7 @@
 //! Fourth central moments in image axes.
 
 use crate::field::Meridian;
+use crate::numeric::dot;
 
 /// The fourth central moments, px⁴.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -57,7 +58,7 @@ impl FourthMoments {
                     polynomial[power] = a * polynomial[power] + b * lower;
                 }
             }
-            polynomial.iter().zip(old).map(|(c, m)| c * m).sum()
+            dot(&polynomial, &old)
         }))
     }
 }

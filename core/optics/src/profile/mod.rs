@@ -41,6 +41,9 @@ pub use look::{Blades, Look, LookRange};
 pub use moments::{MomentsChannel, MomentsPlane, RadialDisplacement};
 pub use pupil::{ProfileEffect, PupilChannel};
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::camera::Camera;
 use crate::distance::ObjectDistance;
 use crate::error::Result;
@@ -110,14 +113,15 @@ pub struct HeldOutGroup {
     pub misplaced_light: Option<f64>,
 }
 
-/// The origin of a profile.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// The origin of the profile.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename = "ProvenanceFile")]
 pub struct Provenance {
-    /// Program and version that wrote the profile.
+    /// Program and version that made the profile.
     pub program: String,
     /// Names of the observation sets of the fit.
     pub sources: Vec<String>,
-    /// The settings of the fit, in words.
+    /// Settings of the fit, in words.
     pub settings: String,
 }
 

@@ -1,5 +1,8 @@
 //! Channels of lens profiles of the kind `moments`: S1..S10 at the measured object distances.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::distance::ObjectDistance;
 use crate::error::Result;
 use crate::lens::{DepthLaw, DepthPlane, MomentCoefficients, VergencePoint, VergenceSeries};
@@ -30,11 +33,12 @@ pub struct MomentsPlane {
     pub tiles_rejected: usize,
 }
 
-/// The radial displacement of centroids: centroid minus ideal position is X (magnification + distortion |X|²), in
-/// field units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Centroid minus ideal position: X (magnification + distortion |X|²), with X in half frame widths.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename = "DisplacementFile")]
 pub struct RadialDisplacement {
-    /// Relative change of scale, including the shift of the centroid by coma.
+    // It includes the shift of the centroid by coma.
+    /// Relative change of scale.
     pub magnification: f64,
     /// Distortion per squared half frame width.
     pub distortion: f64,

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use seidel_fourier::Complex;
-use seidel_optics::numeric::SplitMix64;
+use seidel_optics::numeric::{SplitMix64, dot};
 
 use super::patch::Patch;
 use super::response::{TileResponse, response_helix};
@@ -346,7 +346,6 @@ impl<'a> Problem<'a> {
             .zip(&self.plans.rough)
             .map(|(p, r)| 1.0 / (p + lambda * r + floor))
             .collect();
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let start = self.normal(tile, lambda);
         let mut residual: Vec<f64> = target.iter().zip(&start).map(|(t, s)| t - s).collect();
         let mut solved = self.nearly_solved(&residual, &filter);

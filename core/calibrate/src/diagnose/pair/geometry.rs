@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::lens_view::{LensView, Positions};
 use super::offsets::WindowOffset;
-use crate::registration::{Similarity, median};
+use crate::registration::Similarity;
 use seidel_optics::field::{FieldPoint, Frame};
+use seidel_optics::numeric::{dot, median};
 
 /// Windows from which scale and rotation are fitted too.
 const LEAST_WINDOWS: usize = 8;
@@ -182,24 +183,21 @@ fn scatter_about_similarity(view: &LensView<'_>, moves: &[WindowOffset]) -> Opti
     let left = moves.iter().map(|m| {
         let at = view.frame.field_point(m.at);
         let rows = Fit::terms(at);
-        let off = [0, 1].map(|axis| {
-            let fitted: f64 = rows[axis].iter().zip(&fit.values).map(|(t, v)| t * v).sum();
-            m.offset_px[axis] - fitted
-        });
+        let off = [0, 1].map(|axis| m.offset_px[axis] - dot(&rows[axis], fit.values.as_slice()));
         off[0].hypot(off[1])
     });
-    Some(median(&left.collect::<Vec<_>>()))
+    Some(median(&mut left.collect::<Vec<_>>()))
 }
 
 /// Returns the median distance of offsets from their median.
 fn scatter(offsets: &[WindowOffset]) -> f64 {
     let along = |axis: usize| -> Vec<f64> { offsets.iter().map(|o| o.offset_px[axis]).collect() };
-    let (x, y) = (median(&along(0)), median(&along(1)));
-    let distances: Vec<f64> = offsets
+    let (x, y) = (median(&mut along(0)), median(&mut along(1)));
+    let mut distances: Vec<f64> = offsets
         .iter()
         .map(|o| (o.offset_px[0] - x).hypot(o.offset_px[1] - y))
         .collect();
-    median(&distances)
+    median(&mut distances)
 }
 
 /// Fits shift, scale and rotation, with a cubic radial term that protects the scale from distortion; keeps what is
@@ -266,7 +264,7 @@ impl Fit {
             let distances: Vec<f64> = (0..moves.len())
                 .map(|k| left[2 * k].hypot(left[2 * k + 1]))
                 .collect();
-            let scale = (OUTLIER_RATIO * median(&distances)).max(LEAST_RESIDUAL_PX);
+            let scale = (OUTLIER_RATIO * median(&mut distances.clone())).max(LEAST_RESIDUAL_PX);
             let cost: f64 = (0..rows).map(|r| weights[r / 2] * left[r] * left[r]).sum();
             let sum: f64 = 2.0 * weights.iter().sum::<f64>();
             let variance = cost / (sum - size as f64).max(1.0);

@@ -6,13 +6,14 @@
 
 use nalgebra::{DMatrix, DVector, Vector2};
 
-use super::edge_problem::median;
 use crate::fit::axis::AxisEstimate;
-use crate::least_squares::{self, Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
+use crate::fit::axis_problem::AxisProblem;
+use crate::least_squares::{self, Damping, Stop};
 use seidel_optics::edges::Edge;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::MomentCoefficients;
+use seidel_optics::numeric::{dot, median};
 
 /// Iterations of reweighting.
 const ITERATIONS: usize = 12;
@@ -87,25 +88,18 @@ pub(super) fn fit(frame: &Frame, edges: &[&Edge]) -> Result<MomentFit> {
         let (targets, sigmas): (Vec<f64>, Vec<f64>) =
             edges.iter().map(|e| moment(e, which)).unzip();
         // Errors of the model are not smaller than those of good edges.
-        let floor = 0.5 * median(&sigmas);
+        let floor = 0.5 * median(&mut sigmas.clone());
         let weights: Vec<f64> = sigmas.iter().map(|s| 1.0 / s.max(floor)).collect();
         let mut robust = weights.clone();
         let mut found = least_squares::solve(&rows, &targets, &robust)?;
         for _ in 0..ITERATIONS {
             let residuals: Vec<f64> = (rows.iter().zip(&targets))
-                .map(|(row, target)| {
-                    target
-                        - row
-                            .iter()
-                            .zip(&found.values)
-                            .map(|(a, b)| a * b)
-                            .sum::<f64>()
-                })
+                .map(|(row, target)| target - dot(row, &found.values))
                 .collect();
             let scaled: Vec<f64> = (residuals.iter().zip(&weights))
                 .map(|(r, w)| (r * w).abs())
                 .collect();
-            let scatter = (1.4826 * median(&scaled)).max(1e-9);
+            let scatter = (1.4826 * median(&mut scaled.clone())).max(1e-9);
             for ((robust, weight), r) in robust.iter_mut().zip(&weights).zip(&scaled) {
                 *robust = weight / (1.0 + (r / (TOLERANCE * scatter)).powi(2)).sqrt();
             }
@@ -158,12 +152,14 @@ fn axis_from(start: &Frame, groups: &[Vec<&Edge>]) -> Result<(f64, AxisEstimate)
         .map(|edges| fit(start, edges))
         .collect::<Result<_>>()?;
     let problem = AxisProblem {
-        frame: start,
-        groups,
-        fits: &fits,
+        residuals: |axis: Vector2<f64>| {
+            let frame = start.with_axis(ImagePoint::new(axis.x, axis.y)).ok()?;
+            projected_residuals(&frame, groups, &fits)
+        },
+        cost: DVector::norm_squared,
+        difference_px: DIFFERENCE_STEP_PX,
     };
-    let first = problem.at(Vector2::new(start.axis().x_px, start.axis().y_px));
-    let found = minimise(&problem, first, DAMPING, STOP);
+    let found = problem.minimise(start.axis(), DAMPING, STOP);
     let residuals = found.point.residuals.as_ref();
     let count = residuals.map_or(0, |r| r.len());
     let freedom = count.saturating_sub(2 + 10 * fits.len()).max(1) as f64;
@@ -186,78 +182,26 @@ fn axis_from(start: &Frame, groups: &[Vec<&Edge>]) -> Result<(f64, AxisEstimate)
     Ok((found.cost / weights, estimate))
 }
 
-/// The moments of all groups as functions of the axis alone, with the weights of its start.
-struct AxisProblem<'a> {
-    frame: &'a Frame,
-    groups: &'a [Vec<&'a Edge>],
-    fits: &'a [MomentFit],
-}
-
-struct TrialAxis {
-    axis: Vector2<f64>,
-    residuals: Option<DVector<f64>>,
-}
-
-impl TrialAxis {
-    fn cost(&self) -> f64 {
-        let residuals = self.residuals.as_ref();
-        residuals.map_or(f64::INFINITY, DVector::norm_squared)
-    }
-}
-
-impl AxisProblem<'_> {
-    fn at(&self, axis: Vector2<f64>) -> TrialAxis {
-        TrialAxis {
-            axis,
-            residuals: self.residuals(axis),
+/// Returns the residuals of the moments of all `groups` with the axis of `frame`, under the weights of `fits`; `None` where it
+/// leaves S1..S10 undetermined.
+fn projected_residuals(
+    frame: &Frame,
+    groups: &[Vec<&Edge>],
+    fits: &[MomentFit],
+) -> Option<DVector<f64>> {
+    let mut all = Vec::new();
+    for (edges, fit) in groups.iter().zip(fits) {
+        for which in 0..2 {
+            let matrix = DMatrix::from_fn(edges.len(), 5, |r, c| {
+                let at = frame.field_point(edges[r].mid);
+                rows(at, edges[r].normal)[which][c] * fit.weights[which][r]
+            });
+            let target = DVector::from_fn(edges.len(), |r, _| {
+                moment(edges[r], which).0 * fit.weights[which][r]
+            });
+            let solution = matrix.clone().svd(true, true).solve(&target, 1e-12).ok()?;
+            all.extend((target - matrix * solution).iter());
         }
     }
-
-    fn residuals(&self, axis: Vector2<f64>) -> Option<DVector<f64>> {
-        let frame = self.frame.with_axis(ImagePoint::new(axis.x, axis.y)).ok()?;
-        let mut all = Vec::new();
-        for (edges, fit) in self.groups.iter().zip(self.fits) {
-            for which in 0..2 {
-                let matrix = DMatrix::from_fn(edges.len(), 5, |r, c| {
-                    let at = frame.field_point(edges[r].mid);
-                    rows(at, edges[r].normal)[which][c] * fit.weights[which][r]
-                });
-                let target = DVector::from_fn(edges.len(), |r, _| {
-                    moment(edges[r], which).0 * fit.weights[which][r]
-                });
-                let solution = matrix.clone().svd(true, true).solve(&target, 1e-12).ok()?;
-                all.extend((target - matrix * solution).iter());
-            }
-        }
-        Some(DVector::from_vec(all))
-    }
-
-    fn derivatives(&self, axis: Vector2<f64>, direction: Vector2<f64>) -> Option<DVector<f64>> {
-        let offset = direction * DIFFERENCE_STEP_PX;
-        let difference = self.residuals(axis + offset)? - self.residuals(axis - offset)?;
-        Some(difference / (2.0 * DIFFERENCE_STEP_PX))
-    }
-}
-
-impl LeastSquares for AxisProblem<'_> {
-    type Point = TrialAxis;
-
-    fn linearise(&self, point: &TrialAxis) -> NormalEquations {
-        let along = |direction| self.derivatives(point.axis, direction);
-        let (matrix, right) = match (along(Vector2::x()), along(Vector2::y()), &point.residuals) {
-            (Some(x), Some(y), Some(residuals)) => {
-                let jacobian = DMatrix::from_columns(&[x, y]);
-                (jacobian.tr_mul(&jacobian), -jacobian.tr_mul(residuals))
-            }
-            _ => (DMatrix::zeros(2, 2), DVector::zeros(2)),
-        };
-        NormalEquations::new(matrix, right, point.cost())
-    }
-
-    fn trial(&self, point: &TrialAxis, equations: &NormalEquations) -> Option<Trial<TrialAxis>> {
-        let step = equations.damped_step(|_| true)?;
-        let moved = self.at(point.axis + Vector2::new(step[0], step[1]));
-        let cost = moved.cost();
-        Some(Trial::new(moved, cost, &step))
-    }
+    Some(DVector::from_vec(all))
 }

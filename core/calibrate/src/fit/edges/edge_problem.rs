@@ -4,15 +4,16 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::profile_model::FitEdge;
+use crate::fit::pixels::bounds::BoundedStep;
+use crate::fit::pixels::lens_equations::LensEquations;
 use crate::fit::pixels::parameters::ParameterLayout;
 use crate::least_squares::{
     CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
+use seidel_optics::numeric::median;
 
 /// Multiple of the median misfit, at least one, up to which edges keep nearly full weight.
 const TOLERANCE: f64 = 6.0;
-/// Lower bound of the symmetric blur's variance, px².
-const MIN_BLUR_PX2: f64 = 0.0;
 const DAMPING: Damping = Damping {
     increase: 8.0,
     least: 1e-9,
@@ -49,7 +50,7 @@ impl EdgeProblem<'_> {
             .collect();
         EdgePoint {
             loss: CauchyLoss {
-                scale: TOLERANCE * median(&misfits).max(1.0),
+                scale: TOLERANCE * median(&mut misfits.clone()).max(1.0),
             },
             theta,
             misfits,
@@ -69,22 +70,14 @@ impl EdgeProblem<'_> {
 
     /// Returns the weighted normal matrix and its right-hand side.
     pub(super) fn total(&self, point: &EdgePoint) -> (DMatrix<f64>, DVector<f64>) {
-        let count = self.layout.parameters.len();
         let each: Vec<_> = (self.edges.par_iter())
             .map(|edge| edge.equations(self.layout, &point.theta).0)
             .collect();
-        let mut normal = DMatrix::zeros(count, count);
-        let mut right = DVector::zeros(count);
-        for (equations, misfit) in each.iter().zip(&point.misfits) {
-            let weight = point.loss.weight(*misfit);
-            for (a, &row) in equations.parameters.iter().enumerate() {
-                right[row] += weight * equations.right[a];
-                for (b, &column) in equations.parameters.iter().enumerate() {
-                    normal[(row, column)] += weight * equations.normal[(a, b)];
-                }
-            }
-        }
-        (normal, right)
+        let weights = point
+            .misfits
+            .iter()
+            .map(|misfit| point.loss.weight(*misfit));
+        LensEquations::total(self.layout, each.iter().zip(weights))
     }
 }
 
@@ -97,24 +90,9 @@ impl LeastSquares for EdgeProblem<'_> {
     }
 
     fn trial(&self, point: &EdgePoint, equations: &NormalEquations) -> Option<Trial<EdgePoint>> {
-        let step = equations.scaled_step(|k| {
-            equations.matrix[(k, k)] > 0.0
-                && self
-                    .layout
-                    .is_free(&point.theta, k, equations.right[k], MIN_BLUR_PX2)
-        })?;
-        let moved = point.theta.iter().zip(&step).map(|(t, s)| t + s);
-        let mut theta: Vec<f64> = moved.collect();
-        self.layout.clamp_to_bounds(&mut theta, MIN_BLUR_PX2);
+        let BoundedStep { theta, step } = self.layout.bounded_step(&point.theta, equations)?;
         let moved = self.at(theta);
         let cost = self.cost(&moved, point.loss);
         Some(Trial::new(moved, cost, &step))
     }
-}
-
-/// Returns the median; one for no values.
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
 }

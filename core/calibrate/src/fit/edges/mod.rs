@@ -23,7 +23,7 @@ use crate::fit::axis::AxisEstimate;
 use crate::least_squares::Stop;
 use crate::stage::Stage;
 pub(super) use edge_moments::{find_axis, variance_row};
-use edge_problem::{EdgePoint, EdgeProblem, median};
+use edge_problem::{EdgePoint, EdgeProblem};
 use profile_model::FitEdge;
 use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
@@ -32,6 +32,7 @@ use seidel_optics::effects;
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::MomentCoefficients;
+use seidel_optics::numeric::median;
 use seidel_optics::profile::{LensDescription, LensProfile, ProfileEffect, Provenance};
 
 /// Settings of [`fit_edges`].
@@ -415,7 +416,7 @@ impl<'a> Context<'a> {
             layout: &fit.layout,
             edges: &all,
         };
-        let chi2 = median(&point.misfits);
+        let chi2 = median(&mut point.misfits.clone());
         let (normal, _) = problem.total(point);
         let covariance = inverse(&normal) * chi2.max(1.0);
         let unit = self.frame.half_width_px();

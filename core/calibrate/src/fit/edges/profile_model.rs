@@ -12,6 +12,7 @@ use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::numeric::StandardNormal;
 
 use super::rays::{ProjectedRays, PupilCentre, Quadrature};
+use crate::fit::pixels::lens_equations::LensEquations;
 use crate::fit::pixels::parameters::ParameterLayout;
 
 /// Nuisance parameters of an edge: dark level, step, gradient of the light, place.
@@ -45,13 +46,6 @@ struct Bin {
     level: f64,
     weight: f64,
     spread: f64,
-}
-
-/// Least-squares equations of one edge without its nuisance parameters.
-pub(super) struct EdgeEquations {
-    pub(super) parameters: Vec<usize>,
-    pub(super) normal: DMatrix<f64>,
-    pub(super) right: Vec<f64>,
 }
 
 /// The drawn profile: levels, their slope along t, and their change with the variance of the blur.
@@ -188,7 +182,7 @@ impl FitEdge {
         &self,
         layout: &ParameterLayout,
         theta: &[f64],
-    ) -> (EdgeEquations, f64) {
+    ) -> (LensEquations, f64) {
         let pupil = layout.pupil(theta, self.channel, self.at, self.vergence);
         let centre = PupilCentre::of(&pupil);
         let rays = self.quadrature.project(&pupil, centre, self.normal);
@@ -238,9 +232,9 @@ impl FitEdge {
         let columns = columns - own * shares;
         let residuals = nalgebra::DVector::from_column_slice(&compared.residuals);
         let misfit = residuals.norm_squared() / self.freedom();
-        let equations = EdgeEquations {
+        let equations = LensEquations {
             normal: columns.tr_mul(&columns),
-            right: columns.tr_mul(&residuals).iter().copied().collect(),
+            right: columns.tr_mul(&residuals),
             parameters,
         };
         (equations, misfit)

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use seidel_optics::lens::LocalPupil;
+use seidel_optics::numeric::dot;
 
 /// Turn between neighbouring rings of rays: the golden angle, so that their projections do not coincide.
 const RING_TURN: f64 = 2.399_963_229_728_653;
@@ -70,7 +71,7 @@ impl Quadrature {
         }
         let total: f64 = rays.light.iter().sum();
         rays.light.iter_mut().for_each(|w| *w /= total);
-        let mean: f64 = rays.at.iter().zip(&rays.light).map(|(p, w)| p * w).sum();
+        let mean = dot(&rays.at, &rays.light);
         rays.at.iter_mut().for_each(|p| *p -= mean);
         rays
     }

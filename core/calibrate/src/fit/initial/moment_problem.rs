@@ -6,6 +6,7 @@ use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, 
 use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::ReducedNumbers;
+use seidel_optics::numeric::median;
 
 /// Alpha at mid vergence, its change over half the vergence range, beta, gamma, delta, phi.
 pub(super) type Parameters = Vector6<f64>;
@@ -182,8 +183,7 @@ impl MomentProblem {
     /// Returns the median relative misfit.
     pub(super) fn median_misfit(&self, numbers: &Parameters) -> f64 {
         let mut squares = self.squares(&self.residuals(numbers), Orders::All);
-        squares.sort_by(f64::total_cmp);
-        squares.get(squares.len() / 2).map_or(0.0, |s| s.sqrt())
+        median(&mut squares).sqrt()
     }
 
     /// Returns the robust relative misfit. Tiles far beyond `cauchy_scale` saturate; small misfits give the

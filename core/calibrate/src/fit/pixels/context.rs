@@ -14,6 +14,7 @@ use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::{VergencePoint, VergenceSeries};
 use seidel_optics::moments::support::TilePixels;
+use seidel_optics::numeric::median;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::psf::pupil::Detail;
 
@@ -390,8 +391,7 @@ fn defocus_only_estimates(tiles: &[&MeasuredTile]) -> Vec<InitialEstimate> {
     (0..=radii.len())
         .map(|crossing| {
             let signed = radii.iter_mut().enumerate().map(|(k, (v, all))| {
-                all.sort_by(f64::total_cmp);
-                let median = all[all.len() / 2];
+                let median = median(all);
                 VergencePoint {
                     vergence_per_m: *v,
                     value: if k < crossing { -median } else { median },

@@ -58,10 +58,10 @@ impl CovarianceEstimate {
         } else {
             // Sum over tiles of the outer products of the scores.
             let mut scores = DMatrix::zeros(count, count);
-            for (equations, weight) in problem.equations(&point).iter().zip(point.weights()) {
+            for (tile, weight) in problem.equations(&point).iter().zip(point.weights()) {
                 let mut score = DVector::zeros(count);
-                for (a, &slot) in equations.parameters.iter().enumerate() {
-                    score[slot] = weight * equations.right[a];
+                for (&slot, right) in tile.lens.parameters.iter().zip(&tile.lens.right) {
+                    score[slot] = weight * right;
                 }
                 scores += &score * score.transpose();
             }

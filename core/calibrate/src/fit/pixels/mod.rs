@@ -12,11 +12,12 @@
 //!    (`adequacy`).
 
 mod adequacy;
-mod bounds;
+pub(super) mod bounds;
 mod context;
 mod covariance;
 mod extended;
 mod jacobian;
+pub(super) mod lens_equations;
 mod metric;
 mod noise_weights;
 pub(super) mod parameters;

@@ -5,15 +5,16 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::bounds::BoundedStep;
+use super::lens_equations::LensEquations;
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
 use super::tile_equations::{Comparison, FitTile, MisfitSettings, TileEquations, TileParameters};
 use crate::least_squares::{
     CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
+use seidel_optics::numeric::median;
 
-/// Lower bound of the symmetric blur's variance, px².
-const MIN_BLUR_PX2: f64 = 0.0;
 /// Largest change of a tile's centroid in one step, px, and range of the factor of its flux. Larger steps are
 /// outside the range of the linearisation.
 const MAX_CENTROID_STEP_PX: f64 = 1.0;
@@ -31,9 +32,7 @@ const DAMPING: Damping = Damping {
 
 /// Returns the loss that suits the median of `misfits`, those of all `tiles`.
 fn robust_loss(tiles: &[&FitTile], settings: MisfitSettings, misfits: &[f64]) -> CauchyLoss {
-    let mut misfits = misfits.to_vec();
-    misfits.sort_by(f64::total_cmp);
-    let median = misfits[misfits.len() / 2];
+    let median = median(&mut misfits.to_vec());
     let noise_known = tiles.iter().any(|t| t.sigma > 0.0);
     let scale = if settings.metric == Metric::Pixels && noise_known {
         NOISE_TOLERANCE * median.max(1.0)
@@ -132,18 +131,8 @@ impl PixelProblem<'_> {
 
     /// Returns the weighted normal matrix of all tiles and its right-hand side.
     pub(super) fn total(&self, point: &PixelPoint) -> (DMatrix<f64>, DVector<f64>) {
-        let count = self.layout.parameters.len();
-        let mut normal = DMatrix::zeros(count, count);
-        let mut right = DVector::zeros(count);
-        for (equations, weight) in self.equations(point).iter().zip(point.weights()) {
-            for (a, &row) in equations.parameters.iter().enumerate() {
-                right[row] += weight * equations.right[a];
-                for (b, &column) in equations.parameters.iter().enumerate() {
-                    normal[(row, column)] += weight * equations.normal[(a, b)];
-                }
-            }
-        }
-        (normal, right)
+        let equations = self.equations(point).iter().map(|tile| &tile.lens);
+        LensEquations::total(self.layout, equations.zip(point.weights()))
     }
 }
 
@@ -155,18 +144,8 @@ impl LeastSquares for PixelProblem<'_> {
         NormalEquations::new(normal, right, point.cost(point.loss))
     }
 
-    /// Fixed parameters, those at a bound that the gradient pushes against, and those without influence stay
-    /// in place.
     fn trial(&self, point: &PixelPoint, equations: &NormalEquations) -> Option<Trial<PixelPoint>> {
-        let step = equations.scaled_step(|k| {
-            equations.matrix[(k, k)] > 0.0
-                && self
-                    .layout
-                    .is_free(&point.theta, k, equations.right[k], MIN_BLUR_PX2)
-        })?;
-        let moved = point.theta.iter().zip(&step).map(|(t, s)| t + s);
-        let mut theta: Vec<f64> = moved.collect();
-        self.layout.clamp_to_bounds(&mut theta, MIN_BLUR_PX2);
+        let BoundedStep { theta, step } = self.layout.bounded_step(&point.theta, equations)?;
         // The part of the step inside the bounds.
         let kept = theta.iter().zip(&point.theta).map(|(new, old)| new - old);
         let kept = DVector::from_iterator(theta.len(), kept);

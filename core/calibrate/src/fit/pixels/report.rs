@@ -8,6 +8,7 @@ use super::registered_centroids::registered_tiles;
 use super::vergence_law::Remainder;
 use super::{PupilModel, score};
 use crate::fit::axis::AxisEstimate;
+use crate::fit::axis_and_support;
 use crate::fit::displacement::DisplacementTerms;
 use crate::fit::{AxisChoice, PupilSettings};
 use crate::measure::{MeasuredTile, Rejection};
@@ -293,16 +294,7 @@ impl PupilSettings {
             PupilModel::Auto => "extended where needed",
             PupilModel::Extended => "extended",
         };
-        let axis = match self.axis {
-            AxisChoice::AsObserved => "axis as observed".to_owned(),
-            AxisChoice::At(p) => format!("axis at ({}, {})", p.x_px, p.y_px),
-            AxisChoice::Free => "axis free".to_owned(),
-        };
-        let support = match self.support {
-            super::Support::Auto => "pixels above the noise",
-            super::Support::AllPixels => "all pixels",
-        };
-        let mut words = format!("{model}, {axis}, {support}");
+        let mut words = format!("{model}, {}", axis_and_support(self.axis, self.support));
         if self.law_only {
             words.push_str(", law only");
         }

@@ -7,11 +7,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::jacobian::{LIGHT_PARAMETERS, ParameterDerivative};
+use super::lens_equations::LensEquations;
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
 use crate::least_squares::RegistrationSums;
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, Stop, TERMS, Transmission, Wavefront};
+use seidel_optics::numeric::dot;
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 
 /// Number of nuisance parameters per tile: flux, and centroid along x and y.
@@ -60,10 +62,8 @@ pub(super) struct TileParameters {
 /// Normal equations of one tile after elimination of its nuisance parameters.
 #[derive(Debug, Clone)]
 pub(super) struct TileEquations {
-    /// Normal matrix and right-hand side for the lens parameters listed in `parameters`.
-    pub(super) normal: DMatrix<f64>,
-    pub(super) right: DVector<f64>,
-    pub(super) parameters: Vec<usize>,
+    /// The equations of the lens parameters.
+    pub(super) lens: LensEquations,
     /// Back-substitution for the nuisance parameters.
     back_substitution: BackSubstitution,
 }
@@ -79,8 +79,8 @@ impl TileEquations {
     /// Returns the step of the nuisance parameters for a step `delta` of all lens parameters.
     pub(super) fn tile_step(&self, delta: &DVector<f64>) -> [f64; 3] {
         let mine = DVector::from_iterator(
-            self.parameters.len(),
-            self.parameters.iter().map(|&s| delta[s]),
+            self.lens.parameters.len(),
+            self.lens.parameters.iter().map(|&s| delta[s]),
         );
         let step = &self.back_substitution.inverse
             * (&self.back_substitution.right - &self.back_substitution.across * mine);
@@ -162,10 +162,6 @@ impl TangentBasis {
             },
         )
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Extends the orthonormal `basis` by `vector` (Gram-Schmidt).
@@ -509,9 +505,11 @@ impl FitTile {
         let right = shares.transpose() * all.view((1, 0), (rest, 1)).column(0)
             - across.transpose() * &inverse * &own_right;
         TileEquations {
-            normal,
-            right,
-            parameters: changes.iter().map(|c| c.slot).collect(),
+            lens: LensEquations {
+                normal,
+                right,
+                parameters: changes.iter().map(|c| c.slot).collect(),
+            },
             back_substitution: BackSubstitution {
                 inverse,
                 across,

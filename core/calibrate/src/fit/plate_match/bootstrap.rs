@@ -3,7 +3,7 @@
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::CentralMoments;
-use seidel_optics::numeric::SplitMix64;
+use seidel_optics::numeric::{SplitMix64, dot, median};
 
 use super::plate_sample::{self, PlateSample};
 use super::scene_blur::{self, Mixture, Sample, Softness, UNKNOWNS};
@@ -118,7 +118,7 @@ fn robust(pairs: &[Sample]) -> Option<([f64; UNKNOWNS], f64)> {
         let residuals: Vec<f64> = (pairs.iter())
             .map(|p| (p.value - p.lens(&s)).abs() / p.sigma)
             .collect();
-        scale = scene_blur::quantile(&mut residuals.clone(), 0.5) / NORMAL_MEDIAN;
+        scale = median(&mut residuals.clone()) / NORMAL_MEDIAN;
         let limit = TOLERANCE * scale.max(1e-9);
         let weights: Vec<f64> = (residuals.iter().zip(&plain))
             .map(|(r, w)| w / (1.0 + (r / limit).powi(2)))
@@ -258,8 +258,4 @@ impl Grid {
         }
         (square / (self.places.len() * DIRECTIONS) as f64).sqrt()
     }
-}
-
-fn dot(a: &[f64; UNKNOWNS], b: &[f64; UNKNOWNS]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

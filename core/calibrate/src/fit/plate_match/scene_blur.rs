@@ -5,7 +5,7 @@
 //! exponential of mean m: the lens is the lower envelope of the variances. An edge in `OUTLIERS` has a far larger error.
 
 use nalgebra::{SMatrix, SVector};
-use seidel_optics::numeric::StandardNormal;
+use seidel_optics::numeric::{StandardNormal, dot, median, quantile};
 
 /// Unknown coefficients of the lens.
 pub(super) const UNKNOWNS: usize = 5;
@@ -38,7 +38,7 @@ pub(super) struct Sample {
 
 impl Sample {
     pub(super) fn lens(&self, s: &[f64; UNKNOWNS]) -> f64 {
-        self.row.iter().zip(s).map(|(a, b)| a * b).sum()
+        dot(&self.row, s)
     }
 }
 
@@ -109,7 +109,7 @@ pub(super) fn refine(
         mixture.sharp_share = NO_SHARE;
     }
     let mut sigmas: Vec<f64> = samples.iter().map(|s| s.sigma).collect();
-    let typical = quantile(&mut sigmas, 0.5);
+    let typical = median(&mut sigmas);
     let mut own = vec![];
     for _ in 0..MAX_ITERATIONS {
         let before = mixture.log_likelihood;
@@ -254,7 +254,7 @@ fn envelope(samples: &[Sample]) -> Option<Mixture> {
     let mut residuals: Vec<f64> = samples.iter().map(|x| x.value - x.lens(&s)).collect();
     let mean = residuals.iter().sum::<f64>() / residuals.len() as f64;
     let mut sigmas: Vec<f64> = samples.iter().map(|x| x.sigma).collect();
-    let typical = quantile(&mut sigmas, 0.5);
+    let typical = median(&mut sigmas);
     let upper = quantile(&mut residuals, 0.8);
     Some(Mixture {
         s,
@@ -263,12 +263,6 @@ fn envelope(samples: &[Sample]) -> Option<Mixture> {
         noise_scale: 1.0,
         log_likelihood: f64::NEG_INFINITY,
     })
-}
-
-pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let index = (share * (values.len() - 1) as f64).round() as usize;
-    values[index]
 }
 
 /// Solves the weighted normal equations by Cholesky decomposition. `None` if they are singular.

@@ -50,7 +50,7 @@ struct ProfileFile<C> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     held_out: Option<HeldOutFile>,
     /// The origin of the profile.
-    provenance: ProvenanceFile,
+    provenance: Provenance,
 }
 
 /// Kinds of lens description that this version reads.
@@ -103,18 +103,6 @@ struct CameraFile {
     /// Squeeze of an anamorphic lens: 2 for a 2x lens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     squeeze: Option<f64>,
-}
-
-/// The origin of the profile.
-#[derive(Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct ProvenanceFile {
-    /// Program and version that made the profile.
-    program: String,
-    /// Names of the observation sets of the fit.
-    sources: Vec<String>,
-    /// Settings of the fit, in words.
-    settings: String,
 }
 
 /// Deserialises a present key: `null` becomes `Some(None)`, while a missing key stays `None` by `default`.
@@ -229,11 +217,7 @@ fn profile<C>(
         },
         description: description(file.channels)?,
         held_out: file.held_out.map(HeldOutFile::held_out).transpose()?,
-        provenance: Provenance {
-            program: file.provenance.program,
-            sources: file.provenance.sources,
-            settings: file.provenance.settings,
-        },
+        provenance: file.provenance,
     };
     profile.check()?;
     Ok(profile)
@@ -270,11 +254,7 @@ fn write_kind<C: Serialize>(profile: &LensProfile, kind: Kind, channels: Vec<C>)
         },
         channels,
         held_out: profile.held_out.as_ref().map(HeldOutFile::new),
-        provenance: ProvenanceFile {
-            program: profile.provenance.program.clone(),
-            sources: profile.provenance.sources.clone(),
-            settings: profile.provenance.settings.clone(),
-        },
+        provenance: profile.provenance.clone(),
     };
     let mut text = serde_json::to_string_pretty(&file).expect("a profile is plain JSON");
     text.push('\n');

@@ -38,25 +38,11 @@ struct PlaneFile {
     s_sigma: [f64; 10],
     /// Radial displacement of the centroids, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    displacement: Option<DisplacementFile>,
+    displacement: Option<RadialDisplacement>,
     /// Number of tiles that the fit used.
     tiles_used: usize,
     /// Number of tiles that the fit rejected.
     tiles_rejected: usize,
-}
-
-/// Centroid minus ideal position: X (magnification + distortion |X|²), with X in half frame widths.
-#[derive(Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct DisplacementFile {
-    /// Relative change of scale.
-    magnification: f64,
-    /// Distortion per squared half frame width.
-    distortion: f64,
-    /// Standard error of `magnification`.
-    magnification_sigma: f64,
-    /// Standard error of `distortion`.
-    distortion_sigma: f64,
 }
 
 impl MomentsChannelFile {
@@ -86,12 +72,7 @@ impl PlaneFile {
             depth_m: optional_metres(plane.distance),
             s: plane.s.0,
             s_sigma: plane.s_sigma,
-            displacement: plane.displacement.map(|d| DisplacementFile {
-                magnification: d.magnification,
-                distortion: d.distortion,
-                magnification_sigma: d.magnification_sigma,
-                distortion_sigma: d.distortion_sigma,
-            }),
+            displacement: plane.displacement,
             tiles_used: plane.tiles_used,
             tiles_rejected: plane.tiles_rejected,
         }
@@ -102,12 +83,7 @@ impl PlaneFile {
             distance: distance("depth_m", self.depth_m)?,
             s: MomentCoefficients(self.s),
             s_sigma: self.s_sigma,
-            displacement: self.displacement.map(|d| RadialDisplacement {
-                magnification: d.magnification,
-                distortion: d.distortion,
-                magnification_sigma: d.magnification_sigma,
-                distortion_sigma: d.distortion_sigma,
-            }),
+            displacement: self.displacement,
             tiles_used: self.tiles_used,
             tiles_rejected: self.tiles_rejected,
         })

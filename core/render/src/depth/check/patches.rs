@@ -7,6 +7,7 @@
 use std::rc::Rc;
 
 use super::DepthCheck;
+use seidel_optics::numeric::dot;
 
 /// A possible meaning of the reciprocal w of the distance in the stated convention.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -202,8 +203,7 @@ impl Basis {
         }
         let (mut squares, mut largest) = (0.0, 0.0_f64);
         for (v, point) in values.iter().zip(&self.0) {
-            let fitted: f64 = parts.iter().zip(point).map(|(part, f)| part * f).sum();
-            let rest = share(*v) - fitted;
+            let rest = share(*v) - dot(&parts, point);
             squares += rest * rest;
             largest = largest.max(rest.abs());
         }

@@ -3,6 +3,7 @@
 use super::super::DepthConvention;
 use super::finding::distance_span;
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
+use seidel_optics::numeric::median;
 
 /// Share of pixels ignored at each end of a range.
 const TAIL: f64 = 0.02;
@@ -239,8 +240,7 @@ fn median_step(levels: &[f32]) -> f64 {
         (high - low) / low.abs().max(high.abs())
     });
     let mut steps: Vec<f64> = steps.collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    median(&mut steps)
 }
 
 /// Returns whether nearly all gaps are whole multiples of the smallest.

@@ -96,7 +96,7 @@ fn the_gradient_is_that_of_the_misfit() {
                 (at(2e-3) - at(-2e-3)) / 4e-3
             })
             .collect();
-        let equations = tile.system(&layout, &theta, &own, comparison);
+        let equations = tile.system(&layout, &theta, &own, comparison).lens;
         let size = slopes.iter().map(|s| s * s).sum::<f64>().sqrt();
         for (k, right) in equations.parameters.iter().zip(equations.right.iter()) {
             let error = (-2.0 * right - slopes[*k]).abs();

@@ -4,12 +4,12 @@
 const SIGMA_OVER_MAD: f64 = 1.4826;
 
 /// Returns the median; zero for no values.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
+pub fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
 /// Returns the value below which a `share` of `values` lies; zero for no values.
-pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
+pub fn quantile(values: &mut [f64], share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
@@ -19,7 +19,7 @@ pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
 }
 
 /// Returns the standard deviation of a normal distribution with the median absolute deviation of `values`.
-pub(crate) fn scatter(values: &[f64]) -> f64 {
+pub fn scatter(values: &[f64]) -> f64 {
     let mut copy = values.to_vec();
     let middle = median(&mut copy);
     copy.iter_mut().for_each(|v| *v = (*v - middle).abs());
