@@ -203,7 +203,9 @@ fn alpha_and_clipped_light() {
     assert!(
         outcome.stderr.contains("clipped: R ")
             && outcome.stderr.contains("from 2.5000 up")
-            && outcome.stderr.contains("% of the picture keeps its blur: clipped samples "),
+            && outcome
+                .stderr
+                .contains("% of the picture keeps its blur: clipped samples "),
         "{}",
         outcome.stderr
     );
