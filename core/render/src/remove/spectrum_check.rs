@@ -20,6 +20,8 @@ const STEP: f64 = 1.072;
 const SAME: f64 = 0.11;
 /// Decrease of the mean deviance of a frequency from which another share than 1 is believed.
 const DOUBTED: f64 = 0.01;
+/// The same for the smallest and the largest share, which need not be minima: lights and occlusion let the deviance fall slowly.
+const DOUBTED_AT_ENDS: f64 = 0.05;
 /// Increase of it over all other shares from which the lens itself is believed.
 const BELIEVED: f64 = 0.005;
 /// Least number of tiles that count in these means: a few may be unlike other pictures.
@@ -118,7 +120,12 @@ fn decide(shares: &[f64], sums: &[f64], frequencies: f64) -> Option<f64> {
     let own = least(&mut (0..shares.len()).filter(is_same))?;
     let other = least(&mut (0..shares.len()).filter(|index| !is_same(index)))?;
     let gain = (sums[own] - sums[other]) / frequencies;
-    if gain > DOUBTED {
+    let doubted = if other == 0 || other == shares.len() - 1 {
+        DOUBTED_AT_ENDS
+    } else {
+        DOUBTED
+    };
+    if gain > doubted {
         Some((100.0 * shares[other]).round() / 100.0)
     } else {
         (gain < -BELIEVED).then_some(1.0)
@@ -167,11 +174,22 @@ mod tests {
 
     #[test]
     fn shares_far_from_one_need_the_larger_gain() {
-        let shares = [0.76, 0.93, 1.0, 1.32];
-        let decided = |sums: [f64; 4]| decide(&shares, &sums, 1000.0);
-        assert_eq!(decided([40.0, 60.0, 51.0, 70.0]), Some(0.76));
-        assert_eq!(decided([45.0, 60.0, 51.0, 70.0]), None);
-        assert_eq!(decided([50.0, 60.0, 47.0, 70.0]), None);
-        assert_eq!(decided([50.0, 43.0, 47.0, 70.0]), Some(1.0));
+        let shares = [0.5, 0.76, 0.93, 1.0, 1.32, 1.52];
+        let decided = |others: [f64; 4], ends: f64| {
+            let [a, b, c, d] = others;
+            decide(&shares, &[ends, a, b, c, d, ends], 1000.0)
+        };
+        assert_eq!(decided([40.0, 60.0, 51.0, 70.0], 80.0), Some(0.76));
+        assert_eq!(decided([45.0, 60.0, 51.0, 70.0], 80.0), None);
+        assert_eq!(decided([50.0, 60.0, 47.0, 70.0], 80.0), None);
+        assert_eq!(decided([50.0, 43.0, 47.0, 70.0], 80.0), Some(1.0));
+    }
+
+    /// The smallest share is no minimum that is known as one.
+    #[test]
+    fn shares_at_the_ends_need_a_gain_of_their_own() {
+        let decided = |end: f64| decide(&[0.5, 0.93, 1.0, 1.52], &[end, 90.0, 91.0, 99.0], 1000.0);
+        assert_eq!(decided(60.0), None);
+        assert_eq!(decided(30.0), Some(0.5));
     }
 }
