@@ -1,4 +1,4 @@
-//! The box blur of `tests/broken-plugin`.
+//! The box blur of `instruments/broken-plugin`.
 
 use super::{FileParameter, PluginKind, StaticValue};
 

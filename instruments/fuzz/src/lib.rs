@@ -1,4 +1,4 @@
-//! Seeds and checks of the fuzz targets, which are `tests/readers.rs`. The seeds are those of the attack, `tests/attack`.
+//! Seeds and checks of the fuzz targets, which are `tests/readers.rs`. The seeds are those of the attack, `instruments/attack`.
 #![forbid(unsafe_code)]
 
 mod profiles;

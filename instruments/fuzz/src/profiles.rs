@@ -12,7 +12,7 @@ use crate::shared::read;
 
 /// The stored profiles: by moments, by rays, with effects.
 pub(crate) fn seeds() -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/profiles");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/profiles");
     ["moments", "reduced", "designed"]
         .map(|kind| read(&folder.join(format!("version-1-{kind}.json"))))
         .into()
