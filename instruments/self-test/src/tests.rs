@@ -2,11 +2,14 @@
 
 use std::fs;
 
-use seidel::commands::self_test::{self, Observer, Plan, SelfTest};
+use clap::Parser as _;
+use seidel::{Console, ProgressOutput};
 use seidel_trial::{KindClass, Selection, Size};
 use serde_json::Value;
 
-use crate::support::{listing, seidel_in};
+use crate::SelfTestArgs;
+use crate::results::SelfTest;
+use crate::runner::{self, Observer, Plan};
 
 /// Fewer places than the command's cases have, to save time.
 const SMALL: Size = Size {
@@ -50,7 +53,7 @@ fn run(plan: &Plan) -> SelfTest {
         progress: &seidel_core::no_progress,
         finished: &mut |result| finished.push(result.index),
     };
-    let test = self_test::run(plan, None, &mut observer);
+    let test = runner::run(plan, &mut observer);
     let run: Vec<usize> = test.cases.iter().map(|c| c.index).collect();
     assert_eq!(finished, run);
     test
@@ -107,10 +110,9 @@ fn self_test() {
 
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("out");
-    self_test::write(&out, &test).expect("writable");
-    let file = out.join("self-test.json");
-    assert_eq!(listing(folder.path()), std::slice::from_ref(&file));
-    let text = fs::read_to_string(&file).expect("there");
+    crate::write(&out, &test).expect("writable");
+    assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1);
+    let text = fs::read_to_string(out.join("self-test.json")).expect("there");
     assert!(!text.contains("NaN"), "{text}");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(report["format"], "gap-self-test");
@@ -166,29 +168,44 @@ fn kinds_and_cases_can_be_selected() {
     assert!(result.is_right(), "{}", result.line());
 }
 
+/// Returns the options of a command line without the program's name.
+fn args(line: &str) -> Result<SelfTestArgs, clap::Error> {
+    SelfTestArgs::try_parse_from(
+        ["seidel-self-test"]
+            .into_iter()
+            .chain(line.split_whitespace()),
+    )
+}
+
 #[test]
 fn invalid_command_lines_are_rejected() {
-    let folder = tempfile::tempdir().expect("a folder");
     for line in [
-        "diagnose --self-test 0",
-        "diagnose --self-test many",
-        "diagnose --self-test 3 --lens @lens.json",
-        "diagnose --self-test 3 @set",
-        "diagnose --self-test 3 --only vignetting",
-        "diagnose --self-test 3 --no-pairs",
-        "diagnose --self-test 3 --kind several",
-        "diagnose --self-test 3 --only-case 3",
-        "diagnose --only-case 3",
-        "diagnose --seed 3",
-        "diagnose --lens @lens.json @set --out @out --withhold",
-        "diagnose --schema --self-test 3",
+        "",
+        "0",
+        "many",
+        "--seed 3",
+        "3 --kind several",
+        "3 --threads 1025",
     ] {
-        let outcome = seidel_in(folder.path(), line);
-        assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);
+        assert!(args(line).is_err(), "{line}");
     }
+    let beyond = args("3 --only-case 3").expect("valid").plan();
+    assert_eq!(beyond.expect_err("there is none").exit_code(), 2);
+}
+
+#[test]
+fn folders_with_other_files_are_refused_before_the_work() {
+    let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("notes.txt"), "mine").expect("writable");
-    let outcome = seidel_in(folder.path(), "diagnose --self-test 1 --out @.");
-    assert_eq!(outcome.status, 1, "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("notes.txt"), "{}", outcome.stderr);
-    assert_eq!(listing(folder.path()).len(), 1);
+    let args = args(&format!("1 --out {}", folder.path().display())).expect("valid");
+    let plan = args.plan().expect("valid");
+    let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+    let mut console = Console {
+        stdout: &mut stdout,
+        stderr: &mut stderr,
+        progress: ProgressOutput::hidden(),
+    };
+    let error = crate::run(&args, &plan, &mut console).expect_err("refused");
+    assert!(error.to_string().contains("notes.txt"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
 }

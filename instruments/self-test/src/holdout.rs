@@ -12,7 +12,7 @@ const STEPS: usize = 2;
 
 /// The positions that the diagnosed set states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Positions {
+pub(crate) enum Positions {
     /// Ideal positions: every shift is part of the gap.
     Ideal,
     /// None: a shift common to all channels of an observation is not part of the gap.
@@ -23,7 +23,7 @@ pub(super) enum Positions {
 ///
 /// # Errors
 /// A set that does not suit the lenses, and a share that is not finite.
-pub(super) fn closed_share(
+pub(crate) fn closed_share(
     given: &LensProfile,
     corrected: &LensProfile,
     holdout: &ObservationSet,

@@ -2,18 +2,18 @@
 
 use seidel_trial::{Measure, Rate};
 
-use super::results::SelfTest;
+use crate::results::SelfTest;
 
 /// The bound that a figure should satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Bound {
+pub(crate) enum Bound {
     AtLeast(f64),
     AtMost(f64),
 }
 
 /// A measured figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Figure {
+pub(crate) enum Figure {
     /// Share of the cases in which something held.
     Rate(Rate),
     /// A mean or a median.
@@ -22,19 +22,19 @@ pub(super) enum Figure {
 
 /// A headline figure with its bound.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Aim {
+pub(crate) struct Aim {
     /// Key in `self-test.json`.
-    pub(super) key: &'static str,
+    pub(crate) key: &'static str,
     /// Name in the printed summary.
-    pub(super) name: &'static str,
-    pub(super) figure: Figure,
+    pub(crate) name: &'static str,
+    pub(crate) figure: Figure,
     /// The bound; `None` for a figure that is only reported.
-    pub(super) bound: Option<Bound>,
+    pub(crate) bound: Option<Bound>,
 }
 
 impl Aim {
     /// Returns the measured value; `None` without cases.
-    pub(super) fn value(&self) -> Option<f64> {
+    pub(crate) fn value(&self) -> Option<f64> {
         match self.figure {
             Figure::Rate(rate) => rate.share,
             Figure::Measure(measure) => measure.value,
@@ -42,7 +42,7 @@ impl Aim {
     }
 
     /// Returns the number of cases behind the value.
-    pub(super) fn of(&self) -> usize {
+    pub(crate) fn of(&self) -> usize {
         match self.figure {
             Figure::Rate(rate) => rate.of,
             Figure::Measure(measure) => measure.of,
@@ -50,7 +50,7 @@ impl Aim {
     }
 
     /// Returns whether the bound is met; `None` without cases or without a bound.
-    pub(super) fn met(&self) -> Option<bool> {
+    pub(crate) fn met(&self) -> Option<bool> {
         let value = self.value()?;
         Some(match self.bound? {
             Bound::AtLeast(least) => value >= least,
@@ -59,7 +59,7 @@ impl Aim {
     }
 
     /// Returns the value as text.
-    pub(super) fn found(&self) -> String {
+    pub(crate) fn found(&self) -> String {
         match (self.figure, self.value()) {
             (_, None) => "no such case".to_owned(),
             (Figure::Rate(rate), Some(share)) => {
@@ -73,7 +73,7 @@ impl Aim {
     }
 
     /// Returns the bound as text; empty without a bound.
-    pub(super) fn wanted(&self) -> String {
+    pub(crate) fn wanted(&self) -> String {
         let number = |v: f64| match self.figure {
             Figure::Rate(_) => format!("{:.0} %", 100.0 * v),
             Figure::Measure(_) => format!("{v:.2}"),
@@ -88,7 +88,7 @@ impl Aim {
 
 impl SelfTest {
     /// Returns the headline figures in the order in which they are reported.
-    pub(super) fn aims(&self) -> Vec<Aim> {
+    pub(crate) fn aims(&self) -> Vec<Aim> {
         use Bound::{AtLeast, AtMost};
         let s = self.scores();
         let aim = |key, name, figure, bound| Aim {
@@ -208,7 +208,7 @@ impl SelfTest {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::self_test;
+    use crate::samples::self_test;
 
     #[test]
     fn figures_are_compared_with_their_bounds() {

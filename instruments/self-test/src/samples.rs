@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use seidel_trial::{Answer, Kind, Outcome, Recipe, Selection, Setting, Simulator};
 
-use super::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
+use crate::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
 
 fn strings(ids: &[&str]) -> Vec<String> {
     ids.iter().map(|&id| id.to_owned()).collect()
@@ -70,7 +70,7 @@ fn advised(capture: &'static str, settled: Option<bool>) -> Option<AdvisedResult
 }
 
 /// Returns twelve cases, of which the second, fourth, sixth, eighth, ninth and last are wrong.
-pub(super) fn self_test() -> SelfTest {
+pub(crate) fn self_test() -> SelfTest {
     let first = [
         ("vignetting", 0.94),
         ("higher_order", 0.03),

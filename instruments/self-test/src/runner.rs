@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use rayon::ThreadPool;
 use seidel_core::calibrate::diagnose::{
     Capture as NextCapture, Diagnosis, Settings, Verdict, diagnose,
 };
@@ -17,36 +16,36 @@ use seidel_trial::{
     draw_further, recipes,
 };
 
-use super::holdout::{Positions, closed_share};
-use super::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
-use crate::process::processor_seconds;
+use crate::holdout::{Positions, closed_share};
+use crate::processor_time::processor_seconds;
+use crate::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
 
 /// Settings of a self-test.
 #[derive(Debug, Clone)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// The cases to draw.
-    pub selection: Selection,
+    pub(crate) selection: Selection,
     /// Index of the only case of the selection to run; all if `None`.
-    pub only_case: Option<usize>,
+    pub(crate) only_case: Option<usize>,
     /// Identifiers of the effects that the diagnosis tries; all if empty.
-    pub library: Vec<String>,
+    pub(crate) library: Vec<String>,
     /// Whether cases with a single effect are diagnosed again without that effect in the library.
-    pub withhold: bool,
+    pub(crate) withhold: bool,
 }
 
 /// The observer of a running self-test.
-pub struct Observer<'a> {
+pub(crate) struct Observer<'a> {
     /// Receives the share done, 0 to 1; a case that it cancels counts as failed.
-    pub progress: &'a Progress<'a>,
+    pub(crate) progress: &'a Progress<'a>,
     /// Receives each result when its case is finished.
-    pub finished: &'a mut dyn FnMut(&CaseResult),
+    pub(crate) finished: &'a mut dyn FnMut(&CaseResult),
 }
 
-/// Draws and diagnoses the cases in sequence on the threads of `pool`, or of the global pool.
+/// Draws and diagnoses the cases in sequence.
 ///
 /// # Panics
 /// Sets without places, and tiles smaller than 25 pixels.
-pub fn run(plan: &Plan, pool: Option<&ThreadPool>, observer: &mut Observer) -> SelfTest {
+pub(crate) fn run(plan: &Plan, observer: &mut Observer) -> SelfTest {
     let recipes: Vec<(usize, Recipe)> = recipes(&plan.selection)
         .into_iter()
         .enumerate()
@@ -58,11 +57,7 @@ pub fn run(plan: &Plan, pool: Option<&ThreadPool>, observer: &mut Observer) -> S
         let all = observer.progress;
         let progress = |share: f64| all((done as f64 + share) / count);
         progress(0.0);
-        let work = || run_case(*index, recipe, plan, &progress);
-        let result = match pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        };
+        let result = run_case(*index, recipe, plan, &progress);
         (observer.finished)(&result);
         cases.push(result);
     }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use seidel_trial::{Conditions, KindClass, Rate, Scores, Size, Strength};
 use serde::Serialize;
 
-use super::aims::{Aim, Bound};
-use super::results::{AdvisedResult, CaseResult, SelfTest, WithheldResult};
+use crate::aims::{Aim, Bound};
+use crate::results::{AdvisedResult, CaseResult, SelfTest, WithheldResult};
 
 const FORMAT: &str = "gap-self-test";
 const VERSION: u32 = 2;
@@ -83,7 +83,7 @@ struct CauseFile<'a> {
 }
 
 /// Returns the self-test as JSON text with a final newline.
-pub(super) fn json(test: &SelfTest) -> String {
+pub(crate) fn json(test: &SelfTest) -> String {
     let file = File {
         format: FORMAT,
         version: VERSION,
@@ -166,8 +166,8 @@ impl<'a> CaseFile<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::self_test;
     use super::*;
+    use crate::samples::self_test;
     use serde_json::Value;
 
     #[test]

@@ -4,89 +4,89 @@ use seidel_trial::{Outcome, Rate, Recipe, Scores, Selection, scores};
 use serde::Serialize;
 
 /// Verdict on a case that could not be fitted or diagnosed; it counts as wrong whatever the truth.
-pub(super) const FAILED: &str = "failed";
+pub(crate) const FAILED: &str = "failed";
 /// Verdict that no known effect closes the gap.
 const UNEXPLAINED: &str = "unexplained";
 
 /// The results of a self-test.
 #[derive(Debug, Clone)]
-pub struct SelfTest {
+pub(crate) struct SelfTest {
     /// The selection from which the cases are drawn.
-    pub selection: Selection,
+    pub(crate) selection: Selection,
     /// The cases that were run, in the order drawn.
-    pub cases: Vec<CaseResult>,
+    pub(crate) cases: Vec<CaseResult>,
     /// Whether cases with a single effect were diagnosed again without that effect in the library.
-    pub withhold: bool,
+    pub(crate) withhold: bool,
 }
 
 /// The result of one case.
 #[derive(Debug, Clone)]
-pub struct CaseResult {
+pub(crate) struct CaseResult {
     /// Index of the case in its selection.
-    pub index: usize,
+    pub(crate) index: usize,
     /// The recipe.
-    pub recipe: Recipe,
+    pub(crate) recipe: Recipe,
     /// The diagnosis and the true answer; the verdict is `failed` where there is no diagnosis.
-    pub outcome: Outcome,
+    pub(crate) outcome: Outcome,
     /// Gap that the fitted lens leaves of its own design; `None` where there is no diagnosis.
-    pub own_gap: Option<f64>,
+    pub(crate) own_gap: Option<f64>,
     /// Detection limit according to the diagnosis; `None` where there is none.
-    pub detection_limit: Option<f64>,
+    pub(crate) detection_limit: Option<f64>,
     /// Error of the fit or of the diagnosis.
-    pub error: Option<String>,
+    pub(crate) error: Option<String>,
     /// The second diagnosis, of single effects when [`SelfTest::withhold`] is set.
-    pub withheld: Option<WithheldResult>,
+    pub(crate) withheld: Option<WithheldResult>,
     /// The diagnosis with the advised capture, of ambiguous cases.
-    pub advised: Option<AdvisedResult>,
+    pub(crate) advised: Option<AdvisedResult>,
     /// Processor time of the fit alone, seconds, where it can be measured.
-    pub fit_cpu_seconds: Option<f64>,
+    pub(crate) fit_cpu_seconds: Option<f64>,
 }
 
 /// The diagnosis of an ambiguous case with the capture that was advised.
 #[derive(Debug, Clone, Serialize)]
-pub struct AdvisedResult {
+pub(crate) struct AdvisedResult {
     /// Identifier of the capture.
-    pub capture: &'static str,
+    pub(crate) capture: &'static str,
     /// The verdict; null if the capture is not simulated.
-    pub verdict: Option<String>,
+    pub(crate) verdict: Option<String>,
     /// Effects that were added.
-    pub added: Vec<String>,
+    pub(crate) added: Vec<String>,
     /// Whether the true answer is given and nothing else; null if the capture is not simulated.
-    pub settled: Option<bool>,
+    pub(crate) settled: Option<bool>,
 }
 
 /// The diagnosis of a case whose true effect was withheld from the library.
 #[derive(Debug, Clone, Serialize)]
-pub struct WithheldResult {
+pub(crate) struct WithheldResult {
     /// The verdict; `failed` where there is no diagnosis.
-    pub verdict: String,
+    pub(crate) verdict: String,
     /// Effects that were added instead.
-    pub added: Vec<String>,
+    pub(crate) added: Vec<String>,
     /// Time taken, seconds.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Error of the fit or of the diagnosis.
-    pub error: Option<String>,
+    pub(crate) error: Option<String>,
 }
 
 impl SelfTest {
     /// Returns the scores over all cases.
-    pub fn scores(&self) -> Scores {
+    pub(crate) fn scores(&self) -> Scores {
         let outcomes: Vec<Outcome> = self.cases.iter().map(|c| c.outcome.clone()).collect();
         scores(&outcomes)
     }
 
     /// Returns the number of cases diagnosed correctly.
-    pub fn right(&self) -> usize {
+    pub(crate) fn right(&self) -> usize {
         self.cases.iter().filter(|c| c.is_right()).count()
     }
 
     /// Returns the number of cases that could not be fitted or diagnosed.
-    pub fn failed(&self) -> usize {
+    pub(crate) fn failed(&self) -> usize {
         self.cases.iter().filter(|c| c.error.is_some()).count()
     }
 
     /// Returns how often the advised capture settled an ambiguity, of those that are simulated.
-    pub fn advised_settled(&self) -> Rate {
+    pub(crate) fn advised_settled(&self) -> Rate {
         let advised = self.cases.iter().filter_map(|c| c.advised.as_ref());
         let settled: Vec<bool> = advised.filter_map(|a| a.settled).collect();
         let held = settled.iter().filter(|s| **s).count();
@@ -95,7 +95,7 @@ impl SelfTest {
 
     /// Returns how often a gap was called unexplained while its effect was withheld; `None` unless
     /// [`SelfTest::withhold`] is set.
-    pub fn withheld_unexplained(&self) -> Option<Rate> {
+    pub(crate) fn withheld_unexplained(&self) -> Option<Rate> {
         let withheld = self.cases.iter().filter_map(|c| c.withheld.as_ref());
         let verdicts: Vec<&str> = withheld.map(|w| w.verdict.as_str()).collect();
         let of = verdicts.len();
@@ -108,7 +108,7 @@ impl CaseResult {
     /// Returns whether the diagnosis is right in the sense of the scores: the single effect comes first, both effects of a
     /// pair are added, two of three effects are named, no gap is found between equal lenses, an unknown cause is called
     /// unexplained, or a model that is too simple is called so.
-    pub fn is_right(&self) -> bool {
+    pub(crate) fn is_right(&self) -> bool {
         let own = scores(std::slice::from_ref(&self.outcome)).rates;
         let no_alarm = own.false_alarms.of - own.false_alarms.held;
         let found = [
@@ -122,7 +122,7 @@ impl CaseResult {
     }
 
     /// Returns a description of the difference between the real lens of the case and its design.
-    pub fn truth(&self) -> String {
+    pub(crate) fn truth(&self) -> String {
         let answer = &self.outcome.answer;
         match (&answer.unknown, answer.effects.as_slice()) {
             (Some(family), _) => format!("unknown: {family}"),
@@ -133,7 +133,7 @@ impl CaseResult {
     }
 
     /// Returns the result on one line.
-    pub fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         let (o, c) = (&self.outcome, &self.recipe.conditions);
         let right = if self.is_right() { "right" } else { "WRONG" };
         let number = |value: Option<f64>, digits: usize| {
@@ -172,8 +172,8 @@ impl CaseResult {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::self_test;
     use super::CaseResult;
+    use crate::samples::self_test;
 
     #[test]
     fn right_and_failed_cases_are_counted() {
