@@ -1,5 +1,6 @@
 //! One case: its random numbers, its folder, and the findings about it.
 
+use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -84,7 +85,13 @@ impl Case<'_> {
         path
     }
 
-    /// Notes the result of a reader: an input that was accepted, or an error that must name the file.
+    /// Notes the error of a reader, which must name the file at `path`.
+    pub(crate) fn check_file_error(&mut self, error: &impl Display, path: &Path) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        self.check_error(&error.to_string(), &name);
+    }
+
+    /// Notes an error, which must contain `name` and a remedy.
     pub(crate) fn check_error(&mut self, error: &str, name: &str) {
         if !error.contains(name) {
             self.report(

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::finding::{Finding, Kind};
-use crate::targets::{self, Sort};
+use crate::targets::{self, Target};
 
 /// Findings of one kind and target that are stored with their inputs. More are counted only.
 const MAX_STORED: usize = 20;
@@ -115,7 +115,7 @@ impl Log {
         );
         let mut sum = vec![0; 2 + Kind::ALL.len()];
         for (name, totals) in &self.targets {
-            let is_whole = targets::named(name).is_some_and(|t| t.sort == Sort::Program);
+            let is_whole = targets::named(name).is_some_and(Target::is_program);
             let mut row = vec![totals.runs, if is_whole { totals.runs } else { 0 }];
             row.extend(
                 Kind::ALL.map(|kind| totals.findings.get(&kind).copied().unwrap_or_default()),

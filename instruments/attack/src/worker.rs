@@ -43,7 +43,7 @@ pub(crate) fn run(target: &str, options: &Options) -> ExitCode {
     let own = std::env::temp_dir();
     let folder = options.folder.as_deref().unwrap_or(&own);
     let program = program(options);
-    let mut attack = (target.start)(folder);
+    let mut attack = target.start(folder);
     let runner = Runner {
         target,
         seed: options.seed,

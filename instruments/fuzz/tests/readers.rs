@@ -1,10 +1,11 @@
-//! The fuzz targets. `cargo test` runs the corpus and some random inputs of each on stable Rust; coverage-guided runs are described
-//! in CONTRIBUTING.md.
+//! The readers of the attack under a fuzzer. `cargo test` runs the seeds, earlier findings and some random inputs of each on stable
+//! Rust; coverage-guided runs are described in CONTRIBUTING.md.
+#![forbid(unsafe_code)]
 
 use std::fs;
+use std::path::Path;
 
-use bolero::check;
-use seidel_fuzz::{Target, temporary_folder};
+use seidel_attack::fuzz::FuzzTarget;
 
 /// Random inputs that `cargo test` adds to the corpus.
 const ITERATIONS: usize = 200;
@@ -12,33 +13,23 @@ const ITERATIONS: usize = 200;
 /// Longest input, bytes.
 const LONGEST: usize = 64 << 10;
 
-macro_rules! targets {
-    ($($name:ident)*) => {
-        $(#[test]
-        fn $name() {
-            let target = Target::named(stringify!($name));
-            let folder = temporary_folder();
-            target.prepare(folder.path());
-            let path = folder.path().join(target.file);
-            check!()
-                .with_iterations(ITERATIONS)
-                .with_max_len(LONGEST)
-                .for_each(|bytes: &[u8]| {
-                    let written = fs::write(&path, bytes);
-                    written.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-                    (target.read)(&path);
-                });
-        })*
-
-        #[test]
-        fn every_target_is_tested() {
-            let tested = [$(stringify!($name)),*];
-            let names = seidel_fuzz::ALL.iter().map(|target| target.name);
-            assert!(names.eq(tested));
-        }
-    };
+/// Runs the target that the variable `READER` names, or all.
+#[test]
+fn readers() {
+    let chosen = std::env::var("READER").ok();
+    FuzzTarget::all(chosen.as_deref()).for_each(fuzz);
 }
 
-targets! {
-    exr png tiff dpx hdr jpeg dng fits pgm profile manifest animation frames patterns config cube spi1d
+fn fuzz(target: FuzzTarget) {
+    // Where bolero looks for inputs.
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/__fuzz__");
+    let corpus = tests.join(target.name).join("corpus");
+    fs::create_dir_all(&corpus).expect("writable");
+    for (k, bytes) in target.seeds.iter().enumerate() {
+        fs::write(corpus.join(format!("seed-{k}")), bytes).expect("writable");
+    }
+    bolero::check!(name = target.name)
+        .with_iterations(ITERATIONS)
+        .with_max_len(LONGEST)
+        .for_each(|bytes: &[u8]| target.read(bytes));
 }

@@ -73,10 +73,7 @@ const ALLOWED: [(&str, &[&str]); 21] = [
             "seidel-plugin",
         ],
     ),
-    (
-        "seidel-fuzz",
-        &["seidel-colour", "seidel-image-io", "seidel-optics"],
-    ),
+    ("seidel-fuzz", &["seidel-attack"]),
     // The trial cases have a lens and a renderer of their own; from the core they take only the vocabulary.
     ("seidel-trial", &["seidel-optics"]),
     (

@@ -144,6 +144,9 @@ fn mip_maps() -> Vec<u8> {
     bytes.into_inner()
 }
 
+/// Type of a deep part in its header.
+pub(crate) const DEEP: &[u8] = b"deepscanline";
+
 /// A deep picture, composed here because no writer of deep pictures is among the dependencies: one sample a pixel.
 fn deep() -> Vec<u8> {
     let mut bytes = vec![0x76, 0x2f, 0x31, 0x01, 2, 0x08, 0, 0];
@@ -171,7 +174,7 @@ fn deep() -> Vec<u8> {
     add("pixelAspectRatio", "float", &1.0_f32.to_le_bytes());
     add("screenWindowCenter", "v2f", &[0; 8]);
     add("screenWindowWidth", "float", &1.0_f32.to_le_bytes());
-    add("type", "string", b"deepscanline");
+    add("type", "string", DEEP);
     add("version", "int", &1_i32.to_le_bytes());
     bytes.push(0);
     let chunk = 4 + 3 * 8 + 8 * WIDTH;

@@ -13,6 +13,17 @@ pub(crate) fn lens() -> String {
     lens.unwrap_or_else(|e| panic!("{e}")).to_json()
 }
 
+/// Returns that profile, and those of every kind as the first version of the format was written.
+pub(crate) fn profiles() -> Vec<Vec<u8>> {
+    let stored = [
+        include_str!("../../../../tests/profiles/version-1-moments.json"),
+        include_str!("../../../../tests/profiles/version-1-reduced.json"),
+        include_str!("../../../../tests/profiles/version-1-designed.json"),
+    ];
+    let all = std::iter::once(lens()).chain(stored.map(str::to_owned));
+    all.map(String::into_bytes).collect()
+}
+
 /// Writes an observation set of the lens with `count` PSFs into a folder.
 pub(crate) fn write_set(folder: &Path, count: usize) -> ObservationSet {
     let lens = seidel::demo::lens::lens(WIDTH as u32, HEIGHT as u32);

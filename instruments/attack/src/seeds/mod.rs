@@ -1,5 +1,4 @@
-//! Valid inputs of every reader, made by the project's own writers or composed here. `fuzz/` begins with them too, but for those
-//! of lenses.
+//! Valid inputs of every reader, made by the project's own writers or composed here.
 
 pub(crate) mod exr;
 pub(crate) mod lenses;

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use crate::allocator::REFUSED;
 use crate::finding::{Finding, Kind};
 use crate::options::Options;
-use crate::targets::{Sort, Target};
+use crate::targets::Target;
 
 /// Time after which a case counts as hung: also on a machine with much else to do.
 const HUNG: Duration = Duration::from_secs(120);
@@ -140,9 +140,10 @@ fn watch(
 ) -> Result<End, String> {
     let mut child = start(slice, options, folder, state.next)?;
     let lines = read_lines(&mut child);
-    let hung = match slice.target.sort {
-        Sort::InProcess => HUNG,
-        Sort::Program => HUNG_PROGRAM,
+    let hung = if slice.target.is_program() {
+        HUNG_PROGRAM
+    } else {
+        HUNG
     };
     let mut begun: Option<u64> = None;
     loop {

@@ -1,62 +1,50 @@
 //! Animation tables.
 
+use std::path::Path;
+
 use seidel_image_io::animation::{Animation, Interpolation};
 
-use super::{Attack, Sort, Target};
+use super::reader::Reader;
+use super::{Method, Target};
 use crate::case::Case;
 use crate::finding::Kind;
 use crate::mutations::{JSON, TEXT};
 use crate::seeds::texts;
 
-const NAME: &str = "table.csv";
-
 pub(crate) static TARGET: Target = Target {
     name: "animation",
     about: "animation tables, CSV and JSON",
-    sort: Sort::InProcess,
     weight: 0.5,
-    start: |_| {
-        Box::new(Tables {
-            seeds: texts::animations(),
-        })
-    },
+    method: Method::Reader(Reader {
+        file: "table.csv",
+        seeds: |_| texts::animations(),
+        mutations: |rng| if rng.once_in(3) { JSON } else { TEXT },
+        read,
+    }),
 };
 
-struct Tables {
-    seeds: Vec<Vec<u8>>,
-}
-
-impl Attack for Tables {
-    fn seeds(&self) -> usize {
-        self.seeds.len()
-    }
-
-    fn run(&mut self, case: &mut Case) {
-        let mutations = if case.rng.once_in(3) { JSON } else { TEXT };
-        let bytes = case.damaged(&self.seeds, mutations);
-        let path = case.write(NAME, &bytes);
-        match Animation::open(&path) {
-            Ok(table) => {
-                case.is_accepted = true;
-                let names: Vec<String> = table.names().map(str::to_owned).collect();
-                for name in &names {
-                    // Negative values, which no option allows, have no reciprocal mean.
-                    let ends = [i64::MIN, 0, 1003, i64::MAX];
-                    let value = |frame| table.value(name, frame, Interpolation::Linear);
-                    if ends.into_iter().filter_map(value).any(|v| v < 0.0) {
-                        continue;
+fn read(case: &mut Case, path: &Path) {
+    match Animation::open(path) {
+        Ok(table) => {
+            case.is_accepted = true;
+            let names: Vec<String> = table.names().map(str::to_owned).collect();
+            for name in &names {
+                // Negative values, which no option allows, have no reciprocal mean.
+                let ends = [i64::MIN, 0, 1003, i64::MAX];
+                let value = |frame| table.value(name, frame, Interpolation::Linear);
+                if ends.into_iter().filter_map(value).any(|v| v < 0.0) {
+                    continue;
+                }
+                for frame in [i64::MIN, -1, 0, 1003, 1_000_000, i64::MAX] {
+                    let value = table.value(name, frame, Interpolation::Reciprocal);
+                    if value.is_some_and(f64::is_nan) {
+                        let text = format!("{name} at {frame} is NaN");
+                        case.report(Kind::SilentChange, text);
                     }
-                    for frame in [i64::MIN, -1, 0, 1003, 1_000_000, i64::MAX] {
-                        let value = table.value(name, frame, Interpolation::Reciprocal);
-                        if value.is_some_and(f64::is_nan) {
-                            let text = format!("{name} at {frame} is NaN");
-                            case.report(Kind::SilentChange, text);
-                        }
-                        std::hint::black_box(table.value(name, frame, Interpolation::Linear));
-                    }
+                    std::hint::black_box(table.value(name, frame, Interpolation::Linear));
                 }
             }
-            Err(error) => case.check_error(&error.to_string(), NAME),
         }
+        Err(error) => case.check_file_error(&error, path),
     }
 }

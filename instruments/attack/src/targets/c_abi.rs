@@ -9,7 +9,7 @@ use std::ptr::{null, null_mut};
 
 use seidel_c::*;
 
-use super::{Attack, Sort, Target};
+use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::mutations::JSON;
@@ -21,13 +21,12 @@ use structs::{Scene, hostile_float};
 pub(crate) static TARGET: Target = Target {
     name: "c-abi",
     about: "random calls of the C ABI with hostile structs, on images between guard pages",
-    sort: Sort::InProcess,
     weight: 3.0,
-    start: |_: &Path| {
+    method: Method::Calls(|_: &Path| {
         Box::new(CAbi {
             lens: vec![lenses::lens().into_bytes()],
         })
-    },
+    }),
 };
 
 struct CAbi {

@@ -1,53 +1,43 @@
 //! OpenEXR images: every compression, tiles, parts, mip maps, deep.
 
+use std::path::Path;
+
 use seidel_image_io::formats::exr::ExrImage;
 
 use super::image::{read_otherwise, read_picture};
-use super::{Attack, Sort, Target};
+use super::reader::Reader;
+use super::{Method, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::mutations::EXR;
-use crate::seeds::exr;
-
-const NAME: &str = "in.exr";
+use crate::seeds::{self, exr};
 
 pub(crate) static TARGET: Target = Target {
     name: "exr",
     about: "OpenEXR images of every compression, tiled, multi-part, with mip maps, deep",
-    sort: Sort::InProcess,
     weight: 3.0,
-    start: |folder| {
-        Box::new(ExrFiles {
-            seeds: exr::files(folder),
-        })
-    },
+    method: Method::Reader(Reader {
+        file: "in.exr",
+        seeds: exr::files,
+        mutations: |_| EXR,
+        read,
+    }),
 };
 
-struct ExrFiles {
-    seeds: Vec<Vec<u8>>,
-}
-
-impl Attack for ExrFiles {
-    fn seeds(&self) -> usize {
-        self.seeds.len()
+fn read(case: &mut Case, path: &Path) {
+    read_picture(case, path);
+    match ExrImage::open(path) {
+        Ok(image) => check_all_channels(case, &image),
+        // Deep pictures are refused by name, also undamaged ones.
+        Err(error) if case.inputs == Inputs::Sound => {
+            let bytes = seeds::read(path);
+            let is_deep = bytes.windows(exr::DEEP.len()).any(|word| word == exr::DEEP);
+            case.is_accepted = is_deep && error.to_string().contains("deep");
+        }
+        Err(error) => case.check_file_error(&error, path),
     }
-
-    fn run(&mut self, case: &mut Case) {
-        let bytes = case.damaged(&self.seeds, EXR);
-        let path = case.write(NAME, &bytes);
-        read_picture(case, &path, NAME);
-        match ExrImage::open(&path) {
-            Ok(image) => check_all_channels(case, &image),
-            // Deep pictures are refused by name, also undamaged ones; the last seed is one.
-            Err(error) if case.inputs == Inputs::Sound => {
-                let is_last = case.seed_index(self.seeds.len()) + 1 == self.seeds.len();
-                case.is_accepted = is_last && error.to_string().contains("deep");
-            }
-            Err(error) => case.check_error(&error.to_string(), NAME),
-        }
-        if case.rng.once_in(4) {
-            read_otherwise(case, &path, NAME);
-        }
+    if case.rng.once_in(4) {
+        read_otherwise(case, path);
     }
 }
 

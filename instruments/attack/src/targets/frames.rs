@@ -1,46 +1,38 @@
 //! Frame lists.
 
+use std::path::Path;
+
 use seidel_image_io::sequence::parse_frames;
 
-use super::{Attack, Sort, Target};
+use super::reader::Reader;
+use super::{Method, Target};
 use crate::case::Case;
 use crate::finding::Kind;
 use crate::mutations::TEXT;
-use crate::seeds::texts;
+use crate::seeds::{self, texts};
 
 pub(crate) static TARGET: Target = Target {
     name: "frames",
     about: "frame lists",
-    sort: Sort::InProcess,
     weight: 0.3,
-    start: |_| {
-        Box::new(Lists {
-            seeds: texts::frame_lists(),
-        })
-    },
+    method: Method::Reader(Reader {
+        file: "frames.txt",
+        seeds: |_| texts::frame_lists(),
+        mutations: |_| TEXT,
+        read,
+    }),
 };
 
-struct Lists {
-    seeds: Vec<Vec<u8>>,
-}
-
-impl Attack for Lists {
-    fn seeds(&self) -> usize {
-        self.seeds.len()
-    }
-
-    fn run(&mut self, case: &mut Case) {
-        let bytes = case.damaged(&self.seeds, TEXT);
-        case.write("frames.txt", &bytes);
-        match parse_frames(&String::from_utf8_lossy(&bytes)) {
-            Ok(frames) => {
-                case.is_accepted = true;
-                if frames.is_empty() || frames.len() > 1_000_000 {
-                    let text = format!("a list of {} frames was accepted", frames.len());
-                    case.report(Kind::SilentChange, text);
-                }
+/// Parses the text of the file, which is the word of a command line.
+fn read(case: &mut Case, path: &Path) {
+    match parse_frames(&String::from_utf8_lossy(&seeds::read(path))) {
+        Ok(frames) => {
+            case.is_accepted = true;
+            if frames.is_empty() || frames.len() > 1_000_000 {
+                let text = format!("a list of {} frames was accepted", frames.len());
+                case.report(Kind::SilentChange, text);
             }
-            Err(error) => case.check_error(&error.to_string(), "--frames"),
         }
+        Err(error) => case.check_error(&error.to_string(), "--frames"),
     }
 }

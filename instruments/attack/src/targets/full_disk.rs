@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::fs::File;
 
 use super::program::{COMMANDS, Program, command_of, known_names};
-use super::{Attack, Sort, Target};
+use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::process::{Names, Run, check_end, check_leftovers, remove};
@@ -12,12 +12,11 @@ use crate::process::{Names, Run, check_end, check_leftovers, remove};
 pub(crate) static TARGET: Target = Target {
     name: "full-disk",
     about: "writes that fail at random lengths, and a full standard output",
-    sort: Sort::Program,
     weight: 1.0,
-    start: |folder| {
+    method: Method::Program(|folder| {
         Program::new(folder);
         Box::new(FullDisk)
-    },
+    }),
 };
 
 struct FullDisk;

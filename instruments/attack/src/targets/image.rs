@@ -2,6 +2,7 @@
 
 mod round_trip;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use seidel_image_io::description::Description;
@@ -10,9 +11,10 @@ use seidel_image_io::plate::{Plate, PlateOptions};
 use seidel_image_io::raster::RasterImage;
 use seidel_image_io::samples::Encoding;
 
-use super::{Attack, Sort, Target};
+use super::reader::Reader;
+use super::{Method, Target};
 use crate::case::Case;
-use crate::mutations::{BINARY, Mutation, PNG as PNG_MUTATIONS, TIFF as TIFF_MUTATIONS};
+use crate::mutations::{BINARY, PNG as PNG_MUTATIONS, TIFF as TIFF_MUTATIONS};
 use crate::seeds::raster;
 
 pub(crate) use round_trip::check_round_trip;
@@ -20,80 +22,75 @@ pub(crate) use round_trip::check_round_trip;
 pub(crate) static PNG: Target = Target {
     name: "png",
     about: "PNG images",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |folder| start(raster::png(folder), "in.png", PNG_MUTATIONS),
+    method: Method::Reader(Reader {
+        file: "in.png",
+        seeds: raster::png,
+        mutations: |_| PNG_MUTATIONS,
+        read,
+    }),
 };
 
 pub(crate) static TIFF: Target = Target {
     name: "tiff",
     about: "TIFF images",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |folder| start(raster::tiff(folder), "in.tif", TIFF_MUTATIONS),
+    method: Method::Reader(Reader {
+        file: "in.tif",
+        seeds: raster::tiff,
+        mutations: |_| TIFF_MUTATIONS,
+        read,
+    }),
 };
 
 pub(crate) static DPX: Target = Target {
     name: "dpx",
     about: "DPX images",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |folder| start(raster::dpx(folder), "in.dpx", BINARY),
+    method: Method::Reader(Reader {
+        file: "in.dpx",
+        seeds: raster::dpx,
+        mutations: |_| BINARY,
+        read,
+    }),
 };
 
 pub(crate) static HDR: Target = Target {
     name: "hdr",
     about: "Radiance HDR images",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |folder| start(raster::hdr(folder), "in.hdr", BINARY),
+    method: Method::Reader(Reader {
+        file: "in.hdr",
+        seeds: raster::hdr,
+        mutations: |_| BINARY,
+        read,
+    }),
 };
 
 pub(crate) static JPEG: Target = Target {
     name: "jpeg",
     about: "JPEG images",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |_| start(raster::jpeg(), "in.jpg", BINARY),
+    method: Method::Reader(Reader {
+        file: "in.jpg",
+        seeds: |_| raster::jpeg(),
+        mutations: |_| BINARY,
+        read,
+    }),
 };
 
-struct Images {
-    seeds: Vec<Vec<u8>>,
-    name: &'static str,
-    mutations: &'static [Mutation],
-}
-
-fn start(
-    seeds: Vec<Vec<u8>>,
-    name: &'static str,
-    mutations: &'static [Mutation],
-) -> Box<dyn Attack> {
-    Box::new(Images {
-        seeds,
-        name,
-        mutations,
-    })
-}
-
-impl Attack for Images {
-    fn seeds(&self) -> usize {
-        self.seeds.len()
-    }
-
-    fn run(&mut self, case: &mut Case) {
-        let bytes = case.damaged(&self.seeds, self.mutations);
-        let path = case.write(self.name, &bytes);
-        read_picture(case, &path, self.name);
-        if case.rng.once_in(4) {
-            read_otherwise(case, &path, self.name);
-        }
+fn read(case: &mut Case, path: &Path) {
+    read_picture(case, path);
+    if case.rng.once_in(4) {
+        read_otherwise(case, path);
     }
 }
 
 /// Reads a plate, writes it again in its own format and compares.
-pub(crate) fn read_picture(case: &mut Case, path: &Path, name: &str) {
+pub(crate) fn read_picture(case: &mut Case, path: &Path) {
+    let is_exr = path.extension() == Some(OsStr::new("exr"));
     let options = PlateOptions {
-        encoding: Some(Encoding::Srgb).filter(|_| !name.ends_with(".exr")),
+        encoding: (!is_exr).then_some(Encoding::Srgb),
         ..PlateOptions::default()
     };
     match Plate::open(path, &options) {
@@ -105,12 +102,12 @@ pub(crate) fn read_picture(case: &mut Case, path: &Path, name: &str) {
                 check_round_trip(case, &plate, &out, &options);
             }
         }
-        Err(error) => case.check_error(&error.to_string(), name),
+        Err(error) => case.check_file_error(&error, path),
     }
 }
 
 /// Reads a file by the readers of other inputs.
-pub(crate) fn read_otherwise(case: &mut Case, path: &Path, name: &str) {
+pub(crate) fn read_otherwise(case: &mut Case, path: &Path) {
     let errors = [
         ImageChannel::read_depth(path, None).err(),
         ImageChannel::read_matte(path, None).err(),
@@ -118,6 +115,6 @@ pub(crate) fn read_otherwise(case: &mut Case, path: &Path, name: &str) {
         RasterImage::open(path).err(),
     ];
     for error in errors.into_iter().flatten() {
-        case.check_error(&error.to_string(), name);
+        case.check_file_error(&error, path);
     }
 }

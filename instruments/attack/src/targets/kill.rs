@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::program::Program;
-use super::{Attack, Sort, Target};
+use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::process::{Names, Run, check_end, check_leftovers, remove};
@@ -15,14 +15,13 @@ use crate::process::{Names, Run, check_end, check_leftovers, remove};
 pub(crate) static TARGET: Target = Target {
     name: "kill",
     about: "SIGINT, SIGTERM, SIGHUP and SIGKILL at random instants of a run",
-    sort: Sort::Program,
     weight: 1.0,
-    start: |folder| {
+    method: Method::Program(|folder| {
         Program::new(folder);
         Box::new(Kill {
             sound: vec![None; LINES.len()],
         })
-    },
+    }),
 };
 
 /// Content of an output file before a run.

@@ -15,20 +15,26 @@ pub(crate) mod photograph;
 pub(crate) mod planted;
 pub(crate) mod profile;
 pub(crate) mod program;
+pub(crate) mod reader;
 pub(crate) mod tables;
 pub(crate) mod unsteady_file;
 
 use std::path::Path;
 
 use crate::case::Case;
+use reader::{DamagedFiles, Reader};
 
-/// A sort of target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sort {
+/// Makes an attack with its seeds in a folder.
+type Start = fn(&Path) -> Box<dyn Attack>;
+
+/// How a target is attacked.
+pub(crate) enum Method {
+    /// Damaged files for a reader.
+    Reader(Reader),
     /// Calls of the library.
-    InProcess,
+    Calls(Start),
     /// Runs of the whole command.
-    Program,
+    Program(Start),
 }
 
 /// Something that is attacked.
@@ -36,11 +42,24 @@ pub(crate) struct Target {
     pub(crate) name: &'static str,
     /// A description on one line.
     pub(crate) about: &'static str,
-    pub(crate) sort: Sort,
     /// Share of the time, relative to other targets.
     pub(crate) weight: f64,
-    /// Makes the seeds in a folder.
-    pub(crate) start: fn(&Path) -> Box<dyn Attack>,
+    pub(crate) method: Method,
+}
+
+impl Target {
+    /// Makes the attack, with its seeds in `folder`.
+    pub(crate) fn start(&'static self, folder: &Path) -> Box<dyn Attack> {
+        match &self.method {
+            Method::Reader(reader) => Box::new(DamagedFiles::new(reader, folder)),
+            Method::Calls(start) | Method::Program(start) => start(folder),
+        }
+    }
+
+    /// Returns whether the whole command is run.
+    pub(crate) fn is_program(&self) -> bool {
+        matches!(self.method, Method::Program(_))
+    }
 }
 
 /// A target with its seeds.

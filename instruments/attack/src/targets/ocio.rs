@@ -4,45 +4,32 @@ use std::path::Path;
 
 use seidel_colour::{Alphas, Config, Source};
 
-use super::{Attack, Sort, Target};
+use super::reader::Reader;
+use super::{Method, Target};
 use crate::case::Case;
 use crate::finding::Kind;
 use crate::mutations::TEXT;
 use crate::seeds::texts;
 
-const NAME: &str = "config.ocio";
-
 pub(crate) static TARGET: Target = Target {
     name: "ocio",
     about: "OpenColorIO configs",
-    sort: Sort::InProcess,
     weight: 1.5,
-    start: |_| {
-        Box::new(Configs {
-            seeds: texts::configs(),
-        })
-    },
+    method: Method::Reader(Reader {
+        file: "config.ocio",
+        seeds: |_| texts::configs(),
+        mutations: |_| TEXT,
+        read,
+    }),
 };
 
-struct Configs {
-    seeds: Vec<Vec<u8>>,
-}
-
-impl Attack for Configs {
-    fn seeds(&self) -> usize {
-        self.seeds.len()
-    }
-
-    fn run(&mut self, case: &mut Case) {
-        let bytes = case.damaged(&self.seeds, TEXT);
-        let path = case.write(NAME, &bytes);
-        match Config::load(&Source::File(path)) {
-            Ok(config) => {
-                case.is_accepted = true;
-                use_config(case, &config, NAME);
-            }
-            Err(error) => case.check_error(&error.to_string(), NAME),
+fn read(case: &mut Case, path: &Path) {
+    match Config::load(&Source::File(path.to_owned())) {
+        Ok(config) => {
+            case.is_accepted = true;
+            use_config(case, &config, "config.ocio");
         }
+        Err(error) => case.check_file_error(&error, path),
     }
 }
 

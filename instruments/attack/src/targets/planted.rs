@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use super::{Attack, Sort, Target};
+use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::seeds::raster;
@@ -11,9 +11,8 @@ use crate::seeds::raster;
 pub(crate) static TARGET: Target = Target {
     name: "planted",
     about: "planted faults",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |_: &Path| Box::new(Planted),
+    method: Method::Calls(|_: &Path| Box::new(Planted)),
 };
 
 struct Planted;

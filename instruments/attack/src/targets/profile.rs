@@ -1,5 +1,7 @@
 //! Lens profiles: read, written again, and asked for blur.
 
+use std::path::Path;
+
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::FieldPoint;
 use seidel_core::predict::Predictor;
@@ -7,46 +9,32 @@ use seidel_core::profile::LensProfile;
 use seidel_core::render::BlurField;
 use seidel_image_io::lens_profile;
 
-use super::{Attack, Sort, Target};
+use super::reader::Reader;
+use super::{Method, Target};
 use crate::case::Case;
 use crate::finding::Kind;
 use crate::mutations::{JSON, TEXT};
 use crate::seeds::lenses;
 
-const NAME: &str = "lens.json";
-
 pub(crate) static TARGET: Target = Target {
     name: "profile",
     about: "lens profiles",
-    sort: Sort::InProcess,
     weight: 1.0,
-    start: |_| {
-        Box::new(Profiles {
-            seeds: vec![lenses::lens().into_bytes()],
-        })
-    },
+    method: Method::Reader(Reader {
+        file: "lens.json",
+        seeds: |_| lenses::profiles(),
+        mutations: |rng| if rng.once_in(4) { TEXT } else { JSON },
+        read,
+    }),
 };
 
-struct Profiles {
-    seeds: Vec<Vec<u8>>,
-}
-
-impl Attack for Profiles {
-    fn seeds(&self) -> usize {
-        self.seeds.len()
-    }
-
-    fn run(&mut self, case: &mut Case) {
-        let mutations = if case.rng.once_in(4) { TEXT } else { JSON };
-        let bytes = case.damaged(&self.seeds, mutations);
-        let path = case.write(NAME, &bytes);
-        match lens_profile::read(&path) {
-            Ok(profile) => {
-                case.is_accepted = true;
-                use_profile(case, &profile);
-            }
-            Err(error) => case.check_error(&error.to_string(), NAME),
+fn read(case: &mut Case, path: &Path) {
+    match lens_profile::read(path) {
+        Ok(profile) => {
+            case.is_accepted = true;
+            use_profile(case, &profile);
         }
+        Err(error) => case.check_file_error(&error, path),
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use seidel_image_io::plate::{Plate, PlateOptions};
 
-use super::{Attack, Sort, Target};
+use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
 use crate::finding::Kind;
 use crate::mutations::{BINARY, EXR, JSON, Mutation, PNG, TEXT, TIFF, text};
@@ -21,9 +21,8 @@ pub(crate) use commands::{COMMANDS, command_of};
 pub(crate) static TARGET: Target = Target {
     name: "program",
     about: "runs of every command with damaged inputs and hostile values of options",
-    sort: Sort::Program,
     weight: 6.0,
-    start: |folder| Box::new(Program::new(folder)),
+    method: Method::Program(|folder| Box::new(Program::new(folder))),
 };
 
 /// An input file with its seed.

@@ -10,20 +10,19 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::program::{Program, known_names};
-use super::{Attack, Sort, Target};
+use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
 use crate::process::{Names, Run, check_end, check_leftovers, remove};
 
 pub(crate) static TARGET: Target = Target {
     name: "unsteady-file",
     about: "inputs that vanish, grow or are truncated; pipes, devices, folders and loops of links",
-    sort: Sort::Program,
     weight: 1.0,
-    start: |folder| {
+    method: Method::Program(|folder| {
         Box::new(Unsteady {
             program: Program::new(folder),
         })
-    },
+    }),
 };
 
 struct Unsteady {

@@ -14,8 +14,7 @@ pub(crate) fn check_round_trip(case: &mut Case, plate: &Plate, out: &Path, optio
     let warnings = match plate.write(out) {
         Ok(warnings) => warnings,
         Err(error) => {
-            let name = out.file_name().unwrap_or_default().to_string_lossy();
-            case.check_error(&error.to_string(), &name);
+            case.check_file_error(&error, out);
             return;
         }
     };
