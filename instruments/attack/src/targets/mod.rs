@@ -27,7 +27,7 @@ use reader::{DamagedFiles, Reader};
 /// Makes an attack with its seeds in a folder.
 type Start = fn(&Path) -> Box<dyn Attack>;
 
-/// How a target is attacked.
+/// The means of an attack.
 pub(crate) enum Method {
     /// Damaged files for a reader.
     Reader(Reader),
