@@ -201,7 +201,9 @@ fn alpha_and_clipped_light() {
         outcome.stderr
     );
     assert!(
-        outcome.stderr.contains("clipped: R ") && outcome.stderr.contains("from 2.5000 up"),
+        outcome.stderr.contains("clipped: R ")
+            && outcome.stderr.contains("from 2.5000 up")
+            && outcome.stderr.contains("% of the picture keeps its blur: clipped samples "),
         "{}",
         outcome.stderr
     );

@@ -1,5 +1,6 @@
 //! Blur removal for `remove` and `relens`: options, the check of the lens, and warnings.
 
+mod kept_blur;
 mod lens_check;
 
 use clap::Args;
@@ -74,7 +75,7 @@ impl RemovalArgs {
         }
     }
 
-    /// Returns warnings about noise, clipping and misfit of the colours called `names`.
+    /// Returns notes on noise, clipped samples, kept blur and misfit of the colours called `names`.
     fn warnings(&self, names: &[String], removed: &RemovedPlate) -> Vec<String> {
         let by_colour = |describe: &dyn Fn(&SharpPlane) -> Option<String>| {
             let colours = names.iter().zip(removed.colours());
@@ -97,6 +98,7 @@ impl RemovalArgs {
         if !clipped.is_empty() {
             warnings.push(format!("clipped: {clipped}"));
         }
+        warnings.extend(kept_blur::note(removed));
         let misfit = by_colour(&|removed| {
             // Without noise there is nothing to compare the misfit with.
             let is_large = removed.noise > 0.0 && removed.misfit > LARGEST_MISFIT;

@@ -55,10 +55,9 @@ pub fn match_blur(
     );
     let canvas = plate.canvas;
     let operator = LensOperator::for_purpose(Purpose::Local, scene, &canvas, plane.weights)?;
-    let mut kept = plate.kept_shares(plane.samples, lights, &operator)?;
-    for (kept, edge) in kept.iter_mut().zip(canvas.crop(&operator.edge_shares())) {
-        *kept = kept.max(edge);
-    }
+    let kept = plate.kept_blur(plane.samples, lights, &operator)?;
+    let edges = canvas.crop(&operator.edge_shares());
+    let kept: Vec<f32> = (kept.shares().zip(edges).map(|(kept, edge)| kept.max(edge))).collect();
     let (noise, lights) = (lights.noise, &lights.sources);
     let rest = lights.taken_off(plane.samples);
     let target = LensOperator::for_purpose(Purpose::Local, scene, &canvas, reference)?;

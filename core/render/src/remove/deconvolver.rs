@@ -2,6 +2,7 @@
 
 use super::admm::{Problem, Refinement, solve};
 use super::hole_filling::fill_holes;
+use super::kept_blur::{KeptBlur, KeptBlurReason};
 use super::lens_operator::LensOperator;
 use super::light_sources::FoundLights;
 use super::noise_model::NoiseModel;
@@ -80,6 +81,8 @@ pub struct SharpPlane {
     /// Share of the detail at each pixel of the plate, over all frequencies up to Nyquist, that the plate determines and not
     /// the regularisation: 0 to 1, and 0 where pixels keep their blur.
     pub confidence: Vec<f32>,
+    /// The pixels of the plate that keep their blur.
+    pub kept: KeptBlur,
 }
 
 /// The clipped samples of a plane.
@@ -252,7 +255,7 @@ impl Deconvolver {
         }
         let canvas = plate.canvas;
         let operator = &LensOperator::new(plate.scene, &canvas, plane.weights)?;
-        let mut kept = plate.kept_shares(plane.samples, lights, operator)?;
+        let mut kept = plate.kept_blur(plane.samples, lights, operator)?;
         let PlaneLights {
             noise,
             least_noise,
@@ -263,10 +266,10 @@ impl Deconvolver {
         } = *lights;
         let rest = &lights.taken_off(plane.samples);
         let is_clipped = |k: usize| clip_level.is_some_and(|level| plane.samples[k] >= level);
-        let known: Vec<bool> = (0..kept.len())
-            .map(|k| {
+        let known: Vec<bool> = (kept.shares().enumerate())
+            .map(|(k, kept)| {
                 let is_lost = f64::from(lights.error[k]) > LARGEST_LIGHT_ERROR * deviation;
-                kept[k] == 0.0 && !is_lost && !(lights.explained[k] && is_clipped(k))
+                kept == 0.0 && !is_lost && !(lights.explained[k] && is_clipped(k))
             })
             .collect();
         let filled = fill_holes(rest, plate.scene.width, &known);
@@ -307,20 +310,21 @@ impl Deconvolver {
         sharp
             .par_iter_mut()
             .for_each(|sample| *sample = sample.max(darkest));
-        for (kept, share) in kept.iter_mut().zip(&unexplained) {
-            *kept = kept.max(*share);
+        for (k, share) in unexplained.iter().enumerate() {
+            kept.keep(k, *share, KeptBlurReason::UnexplainedPicture);
         }
-        let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));
+        let shares: Vec<f32> = kept.shares().collect();
+        let kept_pixels = canvas.embed(None, |k| (shares[k] > 0.0).then_some(k));
         for (sample, kept_pixel) in sharp.iter_mut().zip(kept_pixels) {
             if let Some(k) = kept_pixel {
-                *sample += kept[k] * (plane.samples[k] - *sample);
+                *sample += shares[k] * (plane.samples[k] - *sample);
             }
         }
         let data_share = operator.mean_over_frequencies(|h, gradient_power| {
             solution.quadratic.data_share(h, gradient_power)
         })?;
         let data_share = canvas.crop(&data_share);
-        let is_determined = kept.iter().zip(&known);
+        let is_determined = shares.iter().zip(&known);
         let confidence = data_share.iter().zip(is_determined);
         Ok(SharpPlane {
             canvas,
@@ -341,6 +345,7 @@ impl Deconvolver {
                     }
                 })
                 .collect(),
+            kept,
         })
     }
 
@@ -355,6 +360,7 @@ impl Deconvolver {
             clipping: None,
             misfit: 0.0,
             confidence: vec![1.0; count],
+            kept: KeptBlur::none(count),
         }
     }
 }

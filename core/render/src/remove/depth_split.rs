@@ -222,6 +222,7 @@ impl<'a> DepthSplit<'a> {
             clipping: plane.clipping,
             misfit: foreground.misfit.max(background.misfit),
             confidence: self.join_maps(&foreground.confidence, &background.confidence),
+            kept: foreground.kept.join(&background.kept, &self.matte),
         }
     }
 

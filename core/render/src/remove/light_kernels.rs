@@ -1,7 +1,7 @@
 //! The kernels of the pixels of a light, as columns of a matrix.
 
 use super::light_lattice::hat;
-use super::vectors::short_dot;
+use super::vectors::dot_of_rows;
 use crate::{LocalKernel, LocalKernels, RenderWindow};
 use seidel_optics::error::Result;
 
@@ -249,11 +249,10 @@ impl Column {
     /// Returns the inner product with a plane of a window `window_width` samples wide.
     pub(super) fn dot_plane(&self, plane: &[f32], window_width: usize) -> f64 {
         let rows = self.weights.chunks_exact(self.width.max(1)).enumerate();
-        let products = rows.map(|(y, row)| {
+        dot_of_rows(rows.map(|(y, row)| {
             let start = (self.top + y) * window_width + self.left;
-            short_dot(row, &plane[start..start + self.width])
-        });
-        products.sum()
+            (row, &plane[start..start + self.width])
+        }))
     }
 
     /// Returns the number of samples of the rectangle.
@@ -271,12 +270,11 @@ impl Column {
             return 0.0;
         }
         let part = |of: &Self, y: usize| (y - of.top) * of.width + left - of.left;
-        let rows = (top..bottom).map(|y| {
+        dot_of_rows((top..bottom).map(|y| {
             let (a, b) = (part(self, y), part(other, y));
             let length = right - left;
-            short_dot(&self.weights[a..a + length], &other.weights[b..b + length])
-        });
-        rows.sum()
+            (&self.weights[a..a + length], &other.weights[b..b + length])
+        }))
     }
 }
 

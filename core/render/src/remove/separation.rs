@@ -1,6 +1,7 @@
 //! Separation of a plane: its lights, the rest of its picture, and what keeps its blur.
 
 use super::deconvolver::{Lights, Variant, is_uniform};
+use super::kept_blur::{KeptBlur, KeptBlurReason};
 use super::lens_operator::LensOperator;
 use super::light_sources::{FoundLights, LightSearch, LightSources};
 use super::noise_estimate::estimate_noise;
@@ -117,41 +118,48 @@ impl<'a> PlateInputs<'a> {
         })
     }
 
-    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1. Explained lights keep none.
+    /// Returns the blur that the pixels of the plate keep. Explained lights keep none.
     ///
     /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
     /// Highlights and lights that the lens does not explain are treated like them. At depth edges part of the light is hidden.
-    pub(super) fn kept_shares(
+    pub(super) fn kept_blur(
         &self,
         samples: &[f32],
         lights: &PlaneLights,
         operator: &LensOperator,
-    ) -> Result<Vec<f32>> {
+    ) -> Result<KeptBlur> {
         let (clip_level, lights) = (lights.clip_level, &lights.sources);
         let count = self.canvas.plate_pixel_count();
-        let mut kept = vec![0.0; count];
-        // In units of the highlight threshold; clipped samples count as one at least.
-        let excess = |k: usize| {
+        let mut kept = KeptBlur::none(count);
+        let reason = |k: usize| {
             if lights.explained[k] {
-                return 0.0;
-            }
-            let clipped = clip_level.is_some_and(|level| samples[k] >= level);
-            let least = if clipped || lights.unexplained[k] {
-                1.0
+                None
+            } else if clip_level.is_some_and(|level| samples[k] >= level) {
+                Some(KeptBlurReason::Clipped)
+            } else if lights.unexplained[k] {
+                Some(KeptBlurReason::UnexplainedLight)
             } else {
-                0.0
-            };
-            self.highlights.excess(k).max(least)
+                (self.highlights.excess(k) > 0.0).then_some(KeptBlurReason::Highlight)
+            }
         };
-        if (0..count).any(|k| excess(k) > 0.0) {
-            let blurred = operator.apply(&self.canvas.embed(0.0, excess))?;
-            for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
-                let kept_by_light = if excess(k) > 0.0 {
-                    1.0
-                } else {
-                    ramp(*light, KEPT_HIGHLIGHT_LIGHT)
-                };
-                kept[k] = kept_by_light.max(kept[k]);
+        let reasons: Vec<_> = (0..count).map(reason).collect();
+        if reasons.iter().all(Option::is_none) {
+            return Ok(kept);
+        }
+        // In units of the highlight threshold; clipped samples count as one at least.
+        let excess = |k: usize| match reasons[k] {
+            None => 0.0,
+            Some(KeptBlurReason::Highlight) => self.highlights.excess(k),
+            Some(_) => self.highlights.excess(k).max(1.0),
+        };
+        let blurred = operator.apply(&self.canvas.embed(0.0, excess))?;
+        for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
+            match reasons[k] {
+                Some(reason) => kept.keep(k, 1.0, reason),
+                None => {
+                    let share = ramp(*light, KEPT_HIGHLIGHT_LIGHT);
+                    kept.keep(k, share, KeptBlurReason::NearLight);
+                }
             }
         }
         Ok(kept)

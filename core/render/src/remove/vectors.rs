@@ -36,23 +36,32 @@ pub(super) fn dot(a: &[f32], b: &[f32]) -> f64 {
     blocks.iter().sum()
 }
 
-/// Returns <a, b> of two short vectors, on one thread.
-pub(super) fn short_dot(a: &[f32], b: &[f32]) -> f64 {
-    let blocks = a.chunks(BLOCK).zip(b.chunks(BLOCK));
-    blocks.map(|(a, b)| block_dot(a, b)).sum()
+fn block_dot(a: &[f32], b: &[f32]) -> f64 {
+    dot_of_rows(std::iter::once((a, b)))
 }
 
-fn block_dot(a: &[f32], b: &[f32]) -> f64 {
-    let mut lanes = [0.0_f32; LANES];
-    let (a, rest_a) = a.as_chunks::<LANES>();
-    let (b, rest_b) = b.as_chunks::<LANES>();
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..LANES {
-            lanes[k] += a[k] * b[k];
+/// Returns the inner product of two planes, given as pairs of rows, on one thread.
+pub(super) fn dot_of_rows<'a>(rows: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> f64 {
+    let sum_of = |lanes: [f32; LANES]| lanes.iter().map(|v| f64::from(*v)).sum::<f64>();
+    let (mut lanes, mut count, mut sum) = ([0.0_f32; LANES], 0, 0.0);
+    for (row_a, row_b) in rows {
+        let (a, rest_a) = row_a.as_chunks::<LANES>();
+        let (b, rest_b) = row_b.as_chunks::<LANES>();
+        for (a, b) in a.iter().zip(b) {
+            for k in 0..LANES {
+                lanes[k] += a[k] * b[k];
+            }
+        }
+        for (lane, (a, b)) in lanes.iter_mut().zip(rest_a.iter().zip(rest_b)) {
+            *lane += a * b;
+        }
+        count += row_a.len();
+        if count >= BLOCK {
+            sum += sum_of(std::mem::take(&mut lanes));
+            count = 0;
         }
     }
-    let rest = rest_a.iter().zip(rest_b).map(|(a, b)| f64::from(a * b));
-    lanes.iter().map(|v| f64::from(*v)).sum::<f64>() + rest.sum::<f64>()
+    sum + sum_of(lanes)
 }
 
 /// Returns the Gram matrix of two short vectors, on one thread.

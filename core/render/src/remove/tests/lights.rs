@@ -5,7 +5,7 @@ use super::super::test_scenes::{
     GrowingBlur, HEIGHT, NormalDeviates, WEIGHTS, WIDTH, blurred, lens, psnr_db, remove, scene,
     sharpen,
 };
-use super::super::{Deconvolver, Saturation, find_lights, match_blur};
+use super::super::{Deconvolver, KeptBlurReason, Saturation, find_lights, match_blur};
 use crate::{BlurField, DisplacedBlur, Displacement, Plane, Renderer, Scatter, Scene};
 use seidel_optics::field::{FieldPoint, Frame};
 
@@ -93,8 +93,17 @@ fn light_of_a_clipped_lamp_is_found_from_its_rim() {
 fn lights_that_the_lens_does_not_explain_keep_their_blur() {
     let (narrow, wide) = (lens(0.8), lens(1.6));
     let plate = blurred(&scene(&narrow), &Scatter, &lamps(), 0.001);
-    let sharp = sharpen(&scene(&wide), &plate, Deconvolver::default());
+    let removed = remove(&scene(&wide), &plate, Deconvolver::default());
     let lamp = LAMPS[2];
+    let share = |reason| removed.kept.share_of(reason);
+    assert!(share(KeptBlurReason::UnexplainedLight) > 0.01);
+    assert!(share(KeptBlurReason::NearLight) > 0.01);
+    assert_eq!(share(KeptBlurReason::Clipped), 0.0);
+    let total: f64 = KeptBlurReason::ALL.map(share).iter().sum();
+    let shares: Vec<f32> = removed.kept.shares().collect();
+    let mean = shares.iter().map(|v| f64::from(*v)).sum::<f64>() / shares.len() as f64;
+    assert!((total - mean).abs() < 1e-9, "{total} {mean}");
+    let sharp = removed.canvas.crop(&removed.sharp);
     let same = |k: &usize| (sharp[*k] - plate[*k]).abs() < 1e-6;
     assert!(
         (0..plate.len())
