@@ -29,7 +29,7 @@ impl Console<'_> {
     }
 
     /// Prints the error that ends the command on stderr.
-    pub(crate) fn error(&mut self, error: &str) {
+    pub fn error(&mut self, error: &str) {
         self.say("error", error);
     }
 

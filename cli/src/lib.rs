@@ -8,7 +8,6 @@ pub mod commands;
 mod console;
 pub mod demo;
 pub mod pictures;
-mod process;
 mod progress;
 pub mod report;
 #[cfg(unix)]

@@ -80,7 +80,7 @@ impl ProgressOutput {
 
     /// Returns the same output in another form.
     #[must_use]
-    pub(crate) fn with_form(mut self, form: ProgressForm) -> Self {
+    pub fn with_form(mut self, form: ProgressForm) -> Self {
         // A hidden output stays hidden unless a form is asked for.
         if form != ProgressForm::Auto {
             self.form = form;

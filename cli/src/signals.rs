@@ -1,12 +1,15 @@
 //! Signals that end the command: partial outputs are removed first.
 
+use std::path::Path;
 use std::thread;
 
+use seidel_image_io::json::read_text;
 use seidel_image_io::partial;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-use crate::process::ignored_signals;
+/// Limit of the length of a file of `/proc`, bytes.
+const LIMIT_BYTES: u64 = 1 << 20;
 
 /// Difference of exit status and number of a signal, by the convention of shells.
 const STATUS_OF_SIGNALS: i32 = 128;
@@ -43,5 +46,30 @@ fn is_ignored(signal: i32) -> bool {
         // Bit 0 is signal 1.
         Some(mask) => (mask >> (signal - 1)) & 1 == 1,
         None => signal == SIGHUP,
+    }
+}
+
+/// Returns the signals that the process was started to ignore, as a mask whose bit 0 is signal 1; `None` without `/proc`.
+fn ignored_signals() -> Option<u64> {
+    ignored_mask(&read_text(Path::new("/proc/self/status"), LIMIT_BYTES).ok()?)
+}
+
+/// Returns the mask of ignored signals in the status of a process.
+fn ignored_mask(status: &str) -> Option<u64> {
+    let mut masks = status
+        .lines()
+        .filter_map(|line| line.strip_prefix("SigIgn:"));
+    u64::from_str_radix(masks.next()?.trim(), 16).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ignored_mask;
+
+    #[test]
+    fn the_mask_of_ignored_signals_is_found() {
+        let status = "Name:\tx\nSigBlk:\t0000000000000002\nSigIgn:\t0000000000001001\nSigCgt:\t0\n";
+        assert_eq!(ignored_mask(status), Some(0x1001));
+        assert_eq!(ignored_mask("Name:\tx\n"), None);
     }
 }

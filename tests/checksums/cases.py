@@ -230,7 +230,6 @@ def diagnoses():
         f"apply {DEMO} {{made[texture.exr]}} --distance 3 --f-number 4 -o {{out}}/plate.exr {BARE}",
         f"diagnose {DEMO} {pair} --only defocus_offset --no-pairs {out}",
     ))
-    yield Case("diagnose/self-test", (f"diagnose --self-test 1 {out}",))
 
 
 def tables():

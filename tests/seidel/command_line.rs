@@ -43,7 +43,7 @@ fn scripts_complete_every_command_and_option() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = seidel(&["completions", shell]);
         assert_eq!(script.status, 0, "{shell}");
-        for word in ["relens", "focus-distance", "self-test"] {
+        for word in ["relens", "focus-distance", "plate-gap"] {
             assert!(script.stdout.contains(word), "{shell}: {word}");
         }
     }

@@ -44,7 +44,6 @@ mod remove;
 mod remove_background;
 mod remove_lens_check;
 mod residual;
-mod self_test;
 mod sequences;
 mod show;
 mod stored_profiles;

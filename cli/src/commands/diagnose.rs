@@ -4,7 +4,6 @@ mod output;
 mod pair;
 mod photo;
 mod plate_gap;
-pub mod self_test;
 
 use std::path::{Path, PathBuf};
 
@@ -27,27 +26,26 @@ use plate_gap::PlateGapMaps;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
-use self_test::SelfTestArgs;
 
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("pictures").args(["photo", "reference"])))]
 pub struct DiagnoseArgs {
     /// Lens profile or library:NAME, modelled ray by ray (fit --model reduced or extended)
-    #[arg(long, required_unless_present_any = ["schema", "self_test"])]
+    #[arg(long, required_unless_present = "schema")]
     lens: Option<PathBuf>,
     /// Observation set to compare the lens with
-    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "photo", "self_test"], conflicts_with = "reference")]
+    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "photo"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
     /// Folder for report.json, report.html and corrected.json, and for PSFs estimated from a picture pair or measured in photographs (psf)
-    #[arg(long, value_name = "DIR", required_unless_present_any = ["schema", "self_test"])]
+    #[arg(long, value_name = "DIR", required_unless_present = "schema")]
     out: Option<PathBuf>,
     /// Identifiers of the effects to try; all if omitted
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     only: Vec<String>,
     /// Set that the lens was fitted to: what its model leaves of that set is not held against these observations. Needed for
     /// a lens fitted with --use-all, which held no PSFs out
-    #[arg(long, value_name = "SET", conflicts_with_all = ["schema", "self_test"])]
+    #[arg(long, value_name = "SET", conflicts_with = "schema")]
     design: Option<PathBuf>,
     /// Distance of the lights or of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
     #[arg(long = "distance", aliases = ["distance-m", "depth-m"], value_name = "METRES", value_delimiter = ',',
@@ -59,7 +57,7 @@ pub struct DiagnoseArgs {
     /// Number of threads; all cores if omitted
     #[arg(long, value_parser = super::parse_threads)]
     threads: Option<usize>,
-    /// Print report.json (self-test.json with --self-test) instead of a summary
+    /// Print report.json instead of a summary
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -72,8 +70,6 @@ pub struct DiagnoseArgs {
     pair: PairArgs,
     #[command(flatten)]
     photo: PhotoArgs,
-    #[command(flatten)]
-    self_test: SelfTestArgs,
 }
 
 pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), CommandError> {
@@ -85,9 +81,6 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         effects::by_id(id)?;
     }
     let pool = thread_pool(args.threads)?;
-    if let Some(count) = args.self_test.count() {
-        return self_test::run_command(args, count, &pool, console);
-    }
     let (Some(lens), Some(out)) = (&args.lens, &args.out) else {
         return Err(CommandError::Usage("give --lens and --out".to_owned()));
     };

@@ -282,7 +282,6 @@ const HELPS: &[Help] = &[
             "reference",
             "observed",
             "plate-gap",
-            "self-test",
             "threads",
             "json",
         ],

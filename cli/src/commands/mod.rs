@@ -25,7 +25,6 @@ mod suggestion;
 mod tile_moments;
 mod view;
 
-pub use diagnose::self_test;
 pub use help::command;
 pub(crate) use suggestion::suggest_by_meaning;
 

@@ -88,7 +88,7 @@ mod tests {
                 "fn f() {}\n#[cfg(test)]\nmod tests {\n    \"fog\"",
             ),
             ("core/src/words/tests.rs", "\"fog\""),
-            ("tests/trial/src/fog.rs", "\"fog\""),
+            ("instruments/trial/src/fog.rs", "\"fog\""),
         ]);
         let mut problems = Vec::new();
         check(&tree, &mut problems);
