@@ -43,6 +43,7 @@ mod reference_tables;
 mod remove;
 mod remove_background;
 mod remove_lens_check;
+mod remove_scenes;
 mod residual;
 mod sequences;
 mod show;

@@ -1,4 +1,4 @@
-//! What a note says of the parts of a picture that keep their blur.
+//! The note on the parts of a picture that keep their blur.
 
 use seidel_core::RemovedPlate;
 use seidel_core::render::remove::KeptBlurReason;

@@ -1,11 +1,12 @@
 //! The deconvolution of planes: what each plane keeps of its blur, the problem that is solved, and its result.
 
-use super::admm::{Problem, Refinement, solve};
+use super::admm::solve;
 use super::hole_filling::fill_holes;
 use super::kept_blur::{KeptBlur, KeptBlurReason};
 use super::lens_operator::LensOperator;
 use super::light_sources::FoundLights;
 use super::noise_model::NoiseModel;
+use super::problem::{Problem, Refinement};
 use super::separation::{PlaneLights, PlateInputs};
 use super::{Canvas, Highlights, Saturation};
 use crate::{Plane, Scene};

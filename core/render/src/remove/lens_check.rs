@@ -11,11 +11,11 @@
 //! x_q is the sharp image once the share q of the lens's blur is removed, and D the gradient. The first term is the
 //! normalised sparsity measure of Krishnan, Tay and Fergus (2011).
 
-use super::admm::Refinement;
 use super::canvas::window_scene;
 use super::deconvolver::{Variant, is_uniform};
 use super::detailed_tiles::detailed_tiles;
 use super::gradient::{LinkedPlane, norms, sampled_norms, white_noise_power};
+use super::problem::Refinement;
 use super::spectrum_check::share_by_spectra;
 use super::winsorised::WinsorisedStatistics;
 use super::{Deconvolver, Lights, SharpPlane};

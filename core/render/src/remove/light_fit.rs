@@ -66,6 +66,9 @@ const MEDIAN_SQUARE_NORMAL: f64 = 0.454_936;
 const TEXTURE_PLATEAU: f64 = 0.9;
 /// Texture below this share of the noise is ignored.
 const NEGLIGIBLE_TEXTURE: f64 = 0.1;
+/// Largest share of the pixels of a light that lie beyond the blur of its clipped samples: more are a bright surface that is clipped in
+/// part, and light of unknown brightness would take the place of the surface beside it.
+const MAX_BEYOND_CLIPPED: f64 = 0.25;
 /// Times that clipped samples which the light does not reach are found and the fit is repeated.
 const CLIP_PASSES: usize = 3;
 
@@ -123,6 +126,9 @@ impl FitInputs<'_> {
         }
         let grid = KernelGrid::new(self.kernels, first, last)?;
         let window = grid.window(last, self.size);
+        if self.is_partly_clipped(region, grid.nearest(first).variance_px2()) {
+            return Ok(Fit::Unexplained);
+        }
         let search_work = (region.len() * grid.kernel_area()) as f64;
         if search_work > *budget {
             return Ok(Fit::Picture);
@@ -206,6 +212,26 @@ impl FitInputs<'_> {
             .filter(|(_, bound)| **bound > least)
             .map(|(pixel, _)| *pixel)
             .collect()
+    }
+
+    /// Returns whether many pixels of `region` lie beyond the blur of its clipped samples, whose kernels have this variance
+    /// along both axes together: for discs, twice their radius counts.
+    fn is_partly_clipped(&self, region: &[usize], variance_px2: f64) -> bool {
+        let width = self.size.0;
+        let place = |k: &usize| ((k % width) as f64, (k / width) as f64);
+        let clipped: Vec<_> = (region.iter().filter(|k| self.is_clipped(**k)))
+            .map(place)
+            .collect();
+        if clipped.is_empty() {
+            return false;
+        }
+        let reach = 2.0 * (2.0 * variance_px2).sqrt() + 1.0;
+        let is_beyond = |(x, y): (f64, f64)| {
+            let mut near = clipped.iter();
+            !near.any(|(a, b)| (x - a).powi(2) + (y - b).powi(2) <= reach * reach)
+        };
+        let beyond = region.par_iter().filter(|k| is_beyond(place(k))).count();
+        beyond as f64 > MAX_BEYOND_CLIPPED * region.len() as f64
     }
 
     fn is_clipped(&self, pixel: usize) -> bool {

@@ -51,6 +51,7 @@ mod noise_model;
 mod normal_deviate;
 mod overlapping_tiles;
 mod plug_and_play;
+mod problem;
 mod quadratic;
 mod saturation;
 mod schedule;

@@ -19,11 +19,11 @@
 //! A. Danielyan, V. Katkovnik and K. Egiazarian, "BM3D frames and variational image deblurring", IEEE Transactions on
 //! Image Processing 21 (2012).
 
-use super::admm::{BlurPair, Problem};
 use super::block_matching::PatchGroups;
 use super::collaborative_filter::collaborative_filter;
 use super::gradient::{LinkedPlane, norms};
 use super::local_mean::average_locally;
+use super::problem::{BlurPair, Problem};
 use super::ramp;
 use super::texture::EXPLAINED_RESIDUAL;
 use crate::cancelled;

@@ -1,7 +1,7 @@
 //! The quadratic subproblem of an ADMM iteration, and the exact line search that lowers it.
 
-use super::admm::{BlurPair, Problem};
 use super::gradient::{Gradient, gradient_gram};
+use super::problem::{BlurPair, Problem};
 use super::vectors::{add_scaled, dot, weighted_gram};
 use seidel_fourier::Complex;
 use seidel_optics::error::Result;

@@ -4,7 +4,7 @@
 //! prior shapes the image first: large structures come before small ones, and ringing is not fitted. The values were chosen on the plate
 //! `character` and on the depth scenes of docs/background/remove.md.
 
-use super::admm::{Problem, Refinement};
+use super::problem::{Problem, Refinement};
 
 /// l times the mean gradient at the start where the prior of patches follows: that removes the noise that is left, but cannot restore
 /// what total variation has flattened.
