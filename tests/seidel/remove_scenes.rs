@@ -4,20 +4,20 @@ use std::path::{Path, PathBuf};
 
 use crate::support::{read_channel, real_data, succeeds};
 
-/// Columns of the plates.
+/// Columns of the scenes.
 const WIDTH: usize = 304;
 /// Border that is left out, px.
 const BORDER: usize = 24;
 
 /// Returns the PSNR over all colours, of samples limited to 0 to 1, in dB.
-fn decibels(one: &Path, other: &Path) -> f64 {
+fn decibels(one: &Path, other: &Path, width: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for colour in ["R", "G", "B"] {
         let [a, b] = [one, other].map(|path| read_channel(path, colour));
-        let height = a.len() / WIDTH;
+        let height = a.len() / width;
         for k in 0..a.len() {
-            let (x, y) = (k % WIDTH, k / WIDTH);
-            if (BORDER..WIDTH - BORDER).contains(&x) && (BORDER..height - BORDER).contains(&y) {
+            let (x, y) = (k % width, k / width);
+            if (BORDER..width - BORDER).contains(&x) && (BORDER..height - BORDER).contains(&y) {
                 sum += f64::from(a[k].clamp(0.0, 1.0) - b[k].clamp(0.0, 1.0)).powi(2);
                 count += 1.0;
             }
@@ -56,8 +56,8 @@ fn depth_of_field_of_a_path_tracer_is_removed() {
             scene.plate.display()
         );
         succeeds(folder.path(), &line);
-        let found = decibels(&folder.path().join("sharp.exr"), &scene.plate);
-        let before = decibels(&scene.truth, &scene.plate);
+        let found = decibels(&folder.path().join("sharp.exr"), &scene.plate, WIDTH);
+        let before = decibels(&scene.truth, &scene.plate, WIDTH);
         assert!(found > least, "{name}: {found} dB, {before} dB before");
     }
 }
@@ -88,7 +88,33 @@ fn discs_are_removed_from_a_plate_without_noise() {
             "{}",
             outcome.stderr
         );
-        let found = decibels(&folder.path().join("sharp.exr"), &scene.plate);
+        let found = decibels(&folder.path().join("sharp.exr"), &scene.plate, WIDTH);
         assert!(found > least, "{radius_px} px: {found} dB");
     }
+}
+
+/// A bright surface that is clipped in part is no lamp: light of unknown brightness must not take the place of the surface beside it,
+/// which then has dark outlines.
+#[test]
+fn a_surface_that_is_clipped_in_part_gets_no_outlines() {
+    let Some(plate) = real_data("plates/motorcycle.exr") else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let lens = "--lens library:modern-50 --f-number 2 --focus-distance 2 --distance 2.2";
+    let line = format!(
+        "apply {lens} {} -o @blurred.exr --expand off",
+        plate.display()
+    );
+    succeeds(folder.path(), &line);
+    let line = format!("remove {lens} @blurred.exr -o @sharp.exr --no-overscan");
+    let outcome = succeeds(folder.path(), &line);
+    assert!(
+        !outcome.stderr.contains("of the lens's blur"),
+        "{}",
+        outcome.stderr
+    );
+    let [before, found] =
+        ["blurred.exr", "sharp.exr"].map(|name| decibels(&folder.path().join(name), &plate, 741));
+    assert!(found > before + 5.0, "{before} dB before, {found} dB found");
 }

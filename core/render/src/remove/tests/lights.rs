@@ -88,33 +88,6 @@ fn light_of_a_clipped_lamp_is_found_from_its_rim() {
     assert!(undershoot(&sharp, lamp) < 0.02);
 }
 
-/// A bright surface that is clipped in part is no lamp: light of unknown brightness must not take the place of what is beside it.
-#[test]
-fn a_surface_that_is_clipped_in_part_gets_no_dark_outline() {
-    let lens = lens(0.6);
-    let scene = scene(&lens);
-    let surface = |k: usize| {
-        let (x, y) = ((k % WIDTH) as f64, (k / WIDTH) as f64);
-        let inside = (25.0..145.0).contains(&x) && (y - 75.0 - 0.3 * (x - 85.0)).abs() < 22.0;
-        let light = 0.8 + 0.3 * (x / 9.0).sin() * (y / 11.0).cos();
-        if inside { light.min(1.0) as f32 } else { 0.05 }
-    };
-    let truth: Vec<f32> = (0..WIDTH * HEIGHT).map(surface).collect();
-    let plate = blurred(&scene, &Scatter, &truth, 0.0);
-    let removed = remove(&scene, &plate, Deconvolver::default());
-    assert!(
-        removed
-            .clipping
-            .is_some_and(|clipping| clipping.count > 100)
-    );
-    let sharp = removed.canvas.crop(&removed.sharp);
-    let (found, before) = (psnr_db(&sharp, &truth), psnr_db(&plate, &truth));
-    assert!(found > before - 0.1, "{before} dB before, {found} dB found");
-    let darkest = (truth.iter().zip(&sharp)).filter(|(truth, _)| **truth > 0.4);
-    let darkest = darkest.fold(f32::INFINITY, |least, (_, sharp)| least.min(*sharp));
-    assert!(darkest > 0.2, "{darkest}");
-}
-
 /// The blur of a lamp is far from that of a lens twice as wide.
 #[test]
 fn lights_that_the_lens_does_not_explain_keep_their_blur() {
