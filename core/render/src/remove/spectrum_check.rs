@@ -20,7 +20,8 @@ const STEP: f64 = 1.072;
 const SAME: f64 = 0.11;
 /// Decrease of the mean deviance of a frequency from which another share than 1 is believed.
 const DOUBTED: f64 = 0.01;
-/// The same for the smallest and the largest share, which need not be minima: lights and occlusion let the deviance fall slowly.
+/// The same for the largest share, and for the smallest where depth varies: they need not be minima, and lights and occlusion let the
+/// deviance fall slowly.
 const DOUBTED_AT_ENDS: f64 = 0.05;
 /// Increase of it over all other shares from which the lens itself is believed.
 const BELIEVED: f64 = 0.005;
@@ -90,7 +91,11 @@ pub(super) fn share_by_spectra(
         }
     }
     let frequencies = (count as f64).max(ENOUGH_TILES) * frequencies.count() as f64;
-    Ok(decide(&shares, &sums, frequencies))
+    let at_smallest = match scene.vergence {
+        VergencePass::Constant(_) => DOUBTED,
+        VergencePass::PerPixel(_) => DOUBTED_AT_ENDS,
+    };
+    Ok(decide(&shares, &sums, frequencies, at_smallest))
 }
 
 /// Returns the transfer function at the middle of a tile, `part`, for a `share` of the blur of its lens.
@@ -111,8 +116,9 @@ fn transfer_function(
     Ok(fft.transfer_function(&kernel, (fft.side, fft.side)))
 }
 
-/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one.
-fn decide(shares: &[f64], sums: &[f64], frequencies: f64) -> Option<f64> {
+/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one. The smallest share is believed
+/// from the gain `at_smallest`.
+fn decide(shares: &[f64], sums: &[f64], frequencies: f64, at_smallest: f64) -> Option<f64> {
     let is_same = |index: &usize| shares[*index].ln().abs() < SAME;
     let least = |indices: &mut dyn Iterator<Item = usize>| {
         indices.min_by(|a, b| sums[*a].total_cmp(&sums[*b]))
@@ -120,10 +126,10 @@ fn decide(shares: &[f64], sums: &[f64], frequencies: f64) -> Option<f64> {
     let own = least(&mut (0..shares.len()).filter(is_same))?;
     let other = least(&mut (0..shares.len()).filter(|index| !is_same(index)))?;
     let gain = (sums[own] - sums[other]) / frequencies;
-    let doubted = if other == 0 || other == shares.len() - 1 {
-        DOUBTED_AT_ENDS
-    } else {
-        DOUBTED
+    let doubted = match other {
+        0 => at_smallest,
+        _ if other == shares.len() - 1 => DOUBTED_AT_ENDS,
+        _ => DOUBTED,
     };
     if gain > doubted {
         Some((100.0 * shares[other]).round() / 100.0)
@@ -177,7 +183,7 @@ mod tests {
         let shares = [0.5, 0.76, 0.93, 1.0, 1.32, 1.52];
         let decided = |others: [f64; 4], ends: f64| {
             let [a, b, c, d] = others;
-            decide(&shares, &[ends, a, b, c, d, ends], 1000.0)
+            decide(&shares, &[ends, a, b, c, d, ends], 1000.0, DOUBTED)
         };
         assert_eq!(decided([40.0, 60.0, 51.0, 70.0], 80.0), Some(0.76));
         assert_eq!(decided([45.0, 60.0, 51.0, 70.0], 80.0), None);
@@ -188,8 +194,13 @@ mod tests {
     /// The smallest share is no minimum that is known as one.
     #[test]
     fn shares_at_the_ends_need_a_gain_of_their_own() {
-        let decided = |end: f64| decide(&[0.5, 0.93, 1.0, 1.52], &[end, 90.0, 91.0, 99.0], 1000.0);
-        assert_eq!(decided(60.0), None);
-        assert_eq!(decided(30.0), Some(0.5));
+        let decided = |ends: [f64; 2], at_smallest| {
+            let sums = [ends[0], 90.0, 91.0, ends[1]];
+            decide(&[0.5, 0.93, 1.0, 1.52], &sums, 1000.0, at_smallest)
+        };
+        assert_eq!(decided([60.0, 99.0], DOUBTED_AT_ENDS), None);
+        assert_eq!(decided([30.0, 99.0], DOUBTED_AT_ENDS), Some(0.5));
+        assert_eq!(decided([60.0, 99.0], DOUBTED), Some(0.5));
+        assert_eq!(decided([99.0, 60.0], DOUBTED), None);
     }
 }
