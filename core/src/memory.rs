@@ -20,7 +20,7 @@ pub fn layered_apply_bytes(pixels: u64, planes: u64) -> u64 {
 /// Returns the most bytes that [`remove`](crate::remove) needs for `planes` planes of `pixels` pixels, beyond the plate
 /// itself.
 pub fn remove_bytes(pixels: u64, planes: u64) -> u64 {
-    // For each plane: its samples as read, on the canvas and without blur. The solver works on one plane at a time and holds
-    // a few dozen of the same size.
-    pixels.saturating_mul(planes.saturating_mul(6 * 4).saturating_add(40 * 4))
+    // For each plane: its samples as read, on the canvas and without blur, and the blur that it keeps with the reasons. The solver
+    // works on one plane at a time and holds a few dozen of the same size.
+    pixels.saturating_mul(planes.saturating_mul(8 * 4).saturating_add(40 * 4))
 }

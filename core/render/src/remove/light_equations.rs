@@ -1,7 +1,6 @@
 //! The weighted least-squares problem of a light, in the form in which coordinate descent needs fewer multiplications.
 
 use super::light_kernels::Column;
-use super::vectors::subtract_scaled;
 use rayon::prelude::*;
 
 /// The problem |W^(1/2) (y - C x)|² / 2, and the unknowns x so far. W is diagonal.
@@ -163,7 +162,11 @@ impl<'a> Equations<'a> {
         match &mut self.form {
             Form::Normal {
                 matrix, descent, ..
-            } => subtract_scaled(descent, &matrix[j], change),
+            } => {
+                for (descent, element) in descent.iter_mut().zip(&matrix[j]) {
+                    *descent -= f64::from(*element) * change;
+                }
+            }
             Form::Residual {
                 columns,
                 weights,

@@ -214,8 +214,8 @@ impl FitInputs<'_> {
             .collect()
     }
 
-    /// Returns whether many pixels of `region` lie beyond the blur of its clipped samples, whose kernels have this variance
-    /// along both axes together: for discs, twice their radius counts.
+    /// Returns whether many pixels of `region` lie beyond the blur of its clipped samples. The blur reaches two radii and a pixel far,
+    /// those of a disc with this variance along both axes together.
     fn is_partly_clipped(&self, region: &[usize], variance_px2: f64) -> bool {
         let width = self.size.0;
         let place = |k: &usize| ((k % width) as f64, (k / width) as f64);

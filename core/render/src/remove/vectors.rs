@@ -42,61 +42,26 @@ fn block_dot(a: &[f32], b: &[f32]) -> f64 {
 
 /// Returns the inner product of two planes, given as pairs of rows, on one thread.
 pub(super) fn dot_of_rows<'a>(rows: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> f64 {
-    pulp::Arch::new().dispatch(DotOfRows(rows))
-}
-
-/// [`dot_of_rows`] for `pulp::Arch::dispatch`, which compiles it for the widest vectors of the processor.
-struct DotOfRows<I>(I);
-
-impl<'a, I: Iterator<Item = (&'a [f32], &'a [f32])>> pulp::WithSimd for DotOfRows<I> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-        let sum_of = |lanes: [f32; LANES]| lanes.iter().map(|v| f64::from(*v)).sum::<f64>();
-        let (mut lanes, mut count, mut sum) = ([0.0_f32; LANES], 0, 0.0);
-        for (row_a, row_b) in self.0 {
-            let (a, rest_a) = row_a.as_chunks::<LANES>();
-            let (b, rest_b) = row_b.as_chunks::<LANES>();
-            for (a, b) in a.iter().zip(b) {
-                for k in 0..LANES {
-                    lanes[k] += a[k] * b[k];
-                }
-            }
-            for (lane, (a, b)) in lanes.iter_mut().zip(rest_a.iter().zip(rest_b)) {
-                *lane += a * b;
-            }
-            count += row_a.len();
-            if count >= BLOCK {
-                sum += sum_of(std::mem::take(&mut lanes));
-                count = 0;
+    let sum_of = |lanes: [f32; LANES]| lanes.iter().map(|v| f64::from(*v)).sum::<f64>();
+    let (mut lanes, mut count, mut sum) = ([0.0_f32; LANES], 0, 0.0);
+    for (row_a, row_b) in rows {
+        let (a, rest_a) = row_a.as_chunks::<LANES>();
+        let (b, rest_b) = row_b.as_chunks::<LANES>();
+        for (a, b) in a.iter().zip(b) {
+            for k in 0..LANES {
+                lanes[k] += a[k] * b[k];
             }
         }
-        sum + sum_of(lanes)
-    }
-}
-
-/// Subtracts `gain` times `row` from `out`, on one thread.
-pub(super) fn subtract_scaled(out: &mut [f64], row: &[f32], gain: f64) {
-    pulp::Arch::new().dispatch(SubtractScaled { out, row, gain });
-}
-
-/// [`subtract_scaled`] for `pulp::Arch::dispatch`.
-struct SubtractScaled<'a> {
-    out: &'a mut [f64],
-    row: &'a [f32],
-    gain: f64,
-}
-
-impl pulp::WithSimd for SubtractScaled<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        for (out, element) in self.out.iter_mut().zip(self.row) {
-            *out -= f64::from(*element) * self.gain;
+        for (lane, (a, b)) in lanes.iter_mut().zip(rest_a.iter().zip(rest_b)) {
+            *lane += a * b;
+        }
+        count += row_a.len();
+        if count >= BLOCK {
+            sum += sum_of(std::mem::take(&mut lanes));
+            count = 0;
         }
     }
+    sum + sum_of(lanes)
 }
 
 /// Returns the Gram matrix of two short vectors, on one thread.
