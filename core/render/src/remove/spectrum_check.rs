@@ -56,8 +56,7 @@ pub(super) fn share_by_spectra(
     let shares: Vec<f64> = (-SMALLER_SHARES..=LARGER_SHARES)
         .map(|k| STEP.powi(k))
         .collect();
-    let mut sums = vec![0.0; shares.len()];
-    let mut count = 0;
+    let mut tiles: Vec<Vec<f64>> = Vec::new();
     for tile in detailed_tiles(scene, plane, side) {
         let samples = tile.cut(scene.width, plane.samples);
         let bright = samples.iter().filter(|v| **v >= brightest).count();
@@ -70,7 +69,7 @@ pub(super) fn share_by_spectra(
         ) else {
             continue;
         };
-        if !progress(count as f64 / TILES as f64) {
+        if !progress(tiles.len() as f64 / TILES as f64) {
             return Err(cancelled());
         }
         let part = Scene {
@@ -81,16 +80,14 @@ pub(super) fn share_by_spectra(
             let transfer = transfer_function(&part, plane.weights, *share, frequencies.fft())?;
             Ok(spectrum.deviance(&frequencies, &transfer))
         };
-        let deviances: Vec<f64> = (shares.par_iter()).map(deviance).collect::<Result<_>>()?;
-        for (sum, deviance) in sums.iter_mut().zip(deviances) {
-            *sum += deviance;
-        }
-        count += 1;
-        if count == TILES {
+        tiles.push((shares.par_iter()).map(deviance).collect::<Result<_>>()?);
+        if tiles.len() == TILES {
             break;
         }
     }
-    let frequencies = (count as f64).max(ENOUGH_TILES) * frequencies.count() as f64;
+    leave_out_outlier(&shares, &mut tiles);
+    let sums = sums_of(&tiles, shares.len());
+    let frequencies = (tiles.len() as f64).max(ENOUGH_TILES) * frequencies.count() as f64;
     let at_smallest = match scene.vergence {
         VergencePass::Constant(_) => DOUBTED,
         VergencePass::PerPixel(_) => DOUBTED_AT_ENDS,
@@ -116,15 +113,43 @@ fn transfer_function(
     Ok(fft.transfer_function(&kernel, (fft.side, fft.side)))
 }
 
-/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one. The smallest share is believed
-/// from the gain `at_smallest`.
-fn decide(shares: &[f64], sums: &[f64], frequencies: f64, at_smallest: f64) -> Option<f64> {
+/// Takes out the tile that speaks most against the lens if the others together speak for it: a doubt must not rest on one tile.
+fn leave_out_outlier(shares: &[f64], tiles: &mut Vec<Vec<f64>>) {
+    let sums = sums_of(tiles, shares.len());
+    let Some([own, other]) = best_of_each(shares, &sums) else {
+        return;
+    };
+    let gain = |tile: &Vec<f64>| tile[own] - tile[other];
+    let most = (0..tiles.len()).max_by(|a, b| gain(&tiles[*a]).total_cmp(&gain(&tiles[*b])));
+    if let Some(most) = most
+        && sums[own] - sums[other] > 0.0
+        && sums[own] - sums[other] < gain(&tiles[most])
+    {
+        tiles.remove(most);
+    }
+}
+
+/// Returns the sums over `tiles` of their deviances for each of `count` shares.
+fn sums_of(tiles: &[Vec<f64>], count: usize) -> Vec<f64> {
+    let sum = |index: usize| tiles.iter().map(|tile| tile[index]).sum();
+    (0..count).map(sum).collect()
+}
+
+/// Returns the indices of the least deviance among the shares that count as the lens's own, and among the others.
+fn best_of_each(shares: &[f64], sums: &[f64]) -> Option<[usize; 2]> {
     let is_same = |index: &usize| shares[*index].ln().abs() < SAME;
     let least = |indices: &mut dyn Iterator<Item = usize>| {
         indices.min_by(|a, b| sums[*a].total_cmp(&sums[*b]))
     };
     let own = least(&mut (0..shares.len()).filter(is_same))?;
     let other = least(&mut (0..shares.len()).filter(|index| !is_same(index)))?;
+    Some([own, other])
+}
+
+/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one. The smallest share is believed
+/// from the gain `at_smallest`.
+fn decide(shares: &[f64], sums: &[f64], frequencies: f64, at_smallest: f64) -> Option<f64> {
+    let [own, other] = best_of_each(shares, sums)?;
     let gain = (sums[own] - sums[other]) / frequencies;
     let doubted = match other {
         0 => at_smallest,
@@ -189,6 +214,20 @@ mod tests {
         assert_eq!(decided([45.0, 60.0, 51.0, 70.0], 80.0), None);
         assert_eq!(decided([50.0, 60.0, 47.0, 70.0], 80.0), None);
         assert_eq!(decided([50.0, 43.0, 47.0, 70.0], 80.0), Some(1.0));
+    }
+
+    /// Five tiles fit the lens, one fits nothing.
+    #[test]
+    fn one_tile_cannot_outweigh_the_others() {
+        let shares = [0.5, 1.0, 1.52];
+        let usual = vec![1.3, 1.2, 1.4];
+        let mut tiles = vec![usual.clone(); 5];
+        tiles.push(vec![4.0, 9.0, 12.0]);
+        leave_out_outlier(&shares, &mut tiles);
+        assert_eq!(tiles, vec![usual; 5]);
+        let mut doubting = vec![vec![1.1, 1.2, 1.4]; 6];
+        leave_out_outlier(&shares, &mut doubting);
+        assert_eq!(doubting.len(), 6);
     }
 
     /// The smallest share is no minimum that is known as one.
