@@ -20,8 +20,8 @@ const STEP: f64 = 1.072;
 const SAME: f64 = 0.11;
 /// Decrease of the mean deviance of a frequency from which another share than 1 is believed.
 const DOUBTED: f64 = 0.01;
-/// The same for the largest share, and for the smallest where depth varies: they need not be minima, and lights and occlusion let the
-/// deviance fall slowly.
+/// The same for the largest share, and for the smallest if the lens's own is a minimum beside it: shares at the ends need not be minima,
+/// and lights, occlusion and pictures with an unusual spectrum let the deviance fall slowly.
 const DOUBTED_AT_ENDS: f64 = 0.05;
 /// Increase of it over all other shares from which the lens itself is believed.
 const BELIEVED: f64 = 0.005;
@@ -88,11 +88,7 @@ pub(super) fn share_by_spectra(
     leave_out_outlier(&shares, &mut tiles);
     let sums = sums_of(&tiles, shares.len());
     let frequencies = (tiles.len() as f64).max(ENOUGH_TILES) * frequencies.count() as f64;
-    let at_smallest = match scene.vergence {
-        VergencePass::Constant(_) => DOUBTED,
-        VergencePass::PerPixel(_) => DOUBTED_AT_ENDS,
-    };
-    Ok(decide(&shares, &sums, frequencies, at_smallest))
+    Ok(decide(&shares, &sums, frequencies))
 }
 
 /// Returns the transfer function at the middle of a tile, `part`, for a `share` of the blur of its lens.
@@ -146,16 +142,16 @@ fn best_of_each(shares: &[f64], sums: &[f64]) -> Option<[usize; 2]> {
     Some([own, other])
 }
 
-/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one. The smallest share is believed
-/// from the gain `at_smallest`.
-fn decide(shares: &[f64], sums: &[f64], frequencies: f64, at_smallest: f64) -> Option<f64> {
+/// Returns the share that the deviances `sums` over this number of `frequencies` show, if they show one.
+fn decide(shares: &[f64], sums: &[f64], frequencies: f64) -> Option<f64> {
     let [own, other] = best_of_each(shares, sums)?;
     let gain = (sums[own] - sums[other]) / frequencies;
-    let doubted = match other {
-        0 => at_smallest,
-        _ if other == shares.len() - 1 => DOUBTED_AT_ENDS,
-        _ => DOUBTED,
+    let is_minimum = |own: usize| {
+        let between = sums[..own].iter().copied().fold(0.0, f64::max);
+        between - sums[own] > BELIEVED * frequencies
     };
+    let is_end = other == shares.len() - 1 || other == 0 && is_minimum(own);
+    let doubted = if is_end { DOUBTED_AT_ENDS } else { DOUBTED };
     if gain > doubted {
         Some((100.0 * shares[other]).round() / 100.0)
     } else {
@@ -208,7 +204,7 @@ mod tests {
         let shares = [0.5, 0.76, 0.93, 1.0, 1.32, 1.52];
         let decided = |others: [f64; 4], ends: f64| {
             let [a, b, c, d] = others;
-            decide(&shares, &[ends, a, b, c, d, ends], 1000.0, DOUBTED)
+            decide(&shares, &[ends, a, b, c, d, ends], 1000.0)
         };
         assert_eq!(decided([40.0, 60.0, 51.0, 70.0], 80.0), Some(0.76));
         assert_eq!(decided([45.0, 60.0, 51.0, 70.0], 80.0), None);
@@ -233,13 +229,10 @@ mod tests {
     /// The smallest share is no minimum that is known as one.
     #[test]
     fn shares_at_the_ends_need_a_gain_of_their_own() {
-        let decided = |ends: [f64; 2], at_smallest| {
-            let sums = [ends[0], 90.0, 91.0, ends[1]];
-            decide(&[0.5, 0.93, 1.0, 1.52], &sums, 1000.0, at_smallest)
-        };
-        assert_eq!(decided([60.0, 99.0], DOUBTED_AT_ENDS), None);
-        assert_eq!(decided([30.0, 99.0], DOUBTED_AT_ENDS), Some(0.5));
-        assert_eq!(decided([60.0, 99.0], DOUBTED), Some(0.5));
-        assert_eq!(decided([99.0, 60.0], DOUBTED), None);
+        let decided = |sums: [f64; 5]| decide(&[0.5, 0.71, 0.93, 1.0, 1.52], &sums, 1000.0);
+        assert_eq!(decided([60.0, 99.0, 90.0, 91.0, 99.0]), None);
+        assert_eq!(decided([30.0, 99.0, 90.0, 91.0, 99.0]), Some(0.5));
+        assert_eq!(decided([60.0, 75.0, 90.0, 91.0, 99.0]), Some(0.5));
+        assert_eq!(decided([99.0, 99.0, 90.0, 91.0, 60.0]), None);
     }
 }
