@@ -7,8 +7,8 @@ use seidel_core::observations::ObservationSet;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 use crate::support::{
-    read_channel, seidel_in, succeeds, write_generated_set, write_moments_lens, write_plate,
-    write_pupil_lens,
+    read_channel, real_data, seidel_in, succeeds, write_generated_set, write_moments_lens,
+    write_plate, write_pupil_lens,
 };
 
 fn read(folder: &Path, name: &str) -> ObservationSet {
@@ -61,6 +61,42 @@ fn stopping_down_and_focusing_change_the_blur_as_they_should() {
     // This lens focuses beyond infinity; a sensor farther away focuses nearer.
     let moved = drawn("moved", "--sensor-shift-um 30");
     assert!(moved.iter().zip(&own).all(|(m, o)| m < o), "{moved:?}");
+}
+
+/// An exact trace of a lens at another focus: the same lens, moved as a whole from 3 m to 1.5 m.
+#[test]
+fn a_refocused_lens_draws_the_traced_sizes() {
+    let (Some(train), Some(refocused)) = (
+        real_data("psf/controls55-train"),
+        real_data("psf/controls55-focus2"),
+    ) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let fit = format!("fit {} -o @lens.json --model reduced", train.display());
+    succeeds(folder, &fit);
+    let drawn = |name: &str, like: &Path, extra: &str| {
+        let like = like.display();
+        let line = format!("psf --lens @lens.json --like {like} --out @{name} {extra}");
+        succeeds(folder, &line);
+        read(folder, name)
+    };
+    // The focus that the set states is the lens's own.
+    let own = drawn("own", &train, "");
+    assert_eq!(
+        own.observations,
+        drawn("stated", &train, "--focus-distance 3").observations
+    );
+    let drawn = sizes(&drawn("near", &refocused, "--focus-distance 1.5"));
+    let traced = manifest::read(&refocused, ReadOptions::default()).expect("a set");
+    let traced = sizes(&traced.set);
+    let least = traced.iter().copied().fold(f64::INFINITY, f64::min);
+    // In focus this lens has more than third-order aberrations.
+    let pairs = drawn.iter().zip(&traced).filter(|(_, t)| **t > least);
+    let ratios: Vec<f64> = pairs.map(|(d, t)| (d / t).sqrt()).collect();
+    assert_eq!(ratios.len(), 3);
+    assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.11), "{ratios:?}");
 }
 
 #[test]

@@ -42,8 +42,10 @@ pub mod profile;
 mod progress;
 pub mod psf;
 pub mod sensor;
+mod sharpest_plane;
 pub mod tile;
 
 pub use blur_field::{BlurField, DisplacedBlur, apply_tone};
 pub use error::{Error, ErrorKind, Fault, Result};
 pub use progress::{Progress, no_progress};
+pub use sharpest_plane::sharpest_vergence;

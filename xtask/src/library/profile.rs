@@ -3,11 +3,12 @@
 use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::{self, Effect};
-use seidel_optics::field::Frame;
+use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{
     LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel,
 };
+use seidel_optics::sharpest_vergence;
 
 use super::designs::Design;
 
@@ -24,6 +25,9 @@ pub(super) fn profile(design: &Design) -> Result<LensProfile, String> {
         .map_err(|e| in_design(e.to_string()))?;
     let channels: Result<Vec<PupilChannel>, String> =
         (0..CHANNELS.len()).map(|k| channel(design, k)).collect();
+    let mut channels = channels.map_err(in_design)?;
+    focus_sharpest(&mut channels, 1.0 / design.focus_m)
+        .ok_or_else(|| in_design("is sharpest nowhere".to_owned()))?;
     let profile = LensProfile {
         frame,
         pixel_pitch_um: Some(design.pitch_um()),
@@ -34,7 +38,7 @@ pub(super) fn profile(design: &Design) -> Result<LensProfile, String> {
             wavelength_nm: CHANNELS.map(|(name, wave)| (name.to_owned(), wave)).into(),
             squeeze: design.squeeze,
         },
-        description: LensDescription::Pupil(channels.map_err(in_design)?),
+        description: LensDescription::Pupil(channels),
         held_out: None,
         provenance: Provenance {
             // No version: the files change when a design does.
@@ -45,6 +49,23 @@ pub(super) fn profile(design: &Design) -> Result<LensProfile, String> {
     };
     // The checks of files.
     LensProfile::from_json(&profile.to_json()).map_err(|e| in_design(e.to_string()))
+}
+
+/// Moves the sensor so that the sharpest plane of the axis is at vergence `focus`, 1/m: aberrations of the design put it beside the
+/// paraxial focus.
+fn focus_sharpest(channels: &mut [PupilChannel], focus: f64) -> Option<()> {
+    let axis = FieldPoint::new(0.0, 0.0);
+    for _ in 0..10 {
+        let variance = |v: f64| -> f64 {
+            let all = channels.iter().map(|c| c.moments_at(axis, v).trace());
+            all.sum()
+        };
+        let off = sharpest_vergence(variance)? - focus;
+        for channel in &mut *channels {
+            channel.alpha.coefficients[0] += channel.alpha.slope(focus) * off;
+        }
+    }
+    Some(())
 }
 
 impl Design {
@@ -73,7 +94,7 @@ fn channel(design: &Design, k: usize) -> Result<PupilChannel, String> {
     let constant = VergenceSeries::constant;
     let (name, wavelength_nm) = CHANNELS[k];
     let slope = design.defocus_px_m();
-    // The mean of the channels is in focus at the focused distance.
+    // The mean of the channels has its paraxial focus at the focused distance.
     let mean = design.axial.iter().sum::<f64>() / design.axial.len() as f64;
     let at_infinity = design.axial[k] - mean - slope / design.focus_m;
     let mut carried: Vec<ProfileEffect> = Vec::new();

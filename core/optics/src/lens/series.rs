@@ -75,6 +75,12 @@ impl VergenceSeries {
         terms.fold(0.0, |sum, c| sum * v + c) + self.remainder(v)
     }
 
+    /// Returns the value at vergence `v` of a series measured over `range`: linear beyond it.
+    pub fn linear_beyond(&self, range: (f64, f64), v: f64) -> f64 {
+        let clamped = v.clamp(range.0, range.1);
+        self.at(clamped) + self.slope(clamped) * (v - clamped)
+    }
+
     /// Returns the interpolated residual at vergence `v`.
     fn remainder(&self, v: f64) -> f64 {
         let all = &self.remainders;
@@ -104,27 +110,6 @@ impl VergenceSeries {
     /// Returns the highest power of v.
     pub fn degree(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
-    }
-
-    /// Returns the series whose value at v is that of this one at v + `by`. Errors are propagated as independent.
-    #[must_use]
-    pub fn shifted(&self, by: f64) -> Self {
-        let count = self.coefficients.len();
-        let (mut coefficients, mut variances) = (vec![0.0; count], vec![0.0; count]);
-        for (i, (c, s)) in self.coefficients.iter().zip(&self.sigma).enumerate() {
-            // Expands (v + by)^i, from the highest power.
-            let mut share = 1.0;
-            for j in (0..=i).rev() {
-                coefficients[j] += share * c;
-                variances[j] += (share * s).powi(2);
-                share *= by * j as f64 / (i - j + 1) as f64;
-            }
-        }
-        Self {
-            coefficients,
-            sigma: variances.into_iter().map(f64::sqrt).collect(),
-            remainders: self.remainders.iter().map(|(v, r)| (v - by, *r)).collect(),
-        }
     }
 
     /// Returns the series `share` of the way from this one to `other`: this one at 0, `other` at 1. Errors are propagated as
@@ -229,24 +214,5 @@ mod tests {
                 assert!((a.towards(&b, share).at(v) - want).abs() < 1e-12);
             }
         }
-    }
-
-    #[test]
-    fn a_shifted_series_has_the_values_at_shifted_vergences() {
-        let series = VergenceSeries {
-            coefficients: vec![2.0, -1.0, 0.5, 3.0],
-            sigma: vec![0.1, 0.2, 0.3, 0.4],
-            remainders: vec![(0.5, 0.3), (1.0, -0.2)],
-        };
-        let shifted = series.shifted(0.7);
-        assert_eq!(series.remainder(0.0), 0.3);
-        assert!((series.remainder(0.75) - 0.05).abs() < 1e-12);
-        assert_eq!(series.remainder(7.0), -0.2);
-        for v in [-1.0, 0.0, 0.4, 2.0] {
-            assert!((shifted.at(v) - series.at(v + 0.7)).abs() < 1e-12, "{v}");
-        }
-        assert_eq!(series.shifted(0.0), series);
-        assert_eq!(shifted.sigma[3], 0.4);
-        assert!((shifted.sigma[2] - 0.3_f64.hypot(0.4 * 3.0 * 0.7)).abs() < 1e-12);
     }
 }

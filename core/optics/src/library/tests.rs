@@ -5,6 +5,8 @@ use crate::BlurField;
 use crate::distance::ObjectDistance;
 use crate::field::FieldPoint;
 use crate::predict::Predictor;
+use crate::profile::Controls;
+use crate::sharpest_vergence;
 
 #[test]
 fn profiles_are_valid_and_agree_with_their_sheets() {
@@ -36,24 +38,74 @@ fn profiles_are_valid_and_agree_with_their_sheets() {
 #[test]
 fn lenses_are_sharpest_where_they_are_focused() {
     for lens in ALL {
-        let profile = lens.profile().expect("valid");
-        let predictor = Predictor::new(&profile).expect("a lens");
-        let focus = profile.camera.focus_distance.vergence_per_m();
-        let focus = focus.expect("a focused distance");
-        let size = |v: f64| {
-            let moments = predictor
-                .blur_at(1, FieldPoint::new(0.0, 0.0), v)
-                .blur
-                .moments;
-            moments.trace().max(0.0).sqrt()
-        };
-        let near = 1.0 / lens.sheet().expect("a sheet").nearest_m;
-        assert!(
-            size(focus) < 0.3 * size(0.0).max(size(near)),
-            "{}",
-            lens.name
-        );
-        assert!(size(focus) < 4.0, "{}: {} px", lens.name, size(focus));
+        let measured = lens.profile().expect("valid");
+        let sheet = lens.sheet().expect("a sheet");
+        let own = sheet.focus_distance_m;
+        let least = Sizes::new(&measured).at(1.0 / own);
+        assert!(least.hypot() < 3.0, "{}: {least:?} px", lens.name);
+        for metres in [own, sheet.nearest_m * 1.1, 2.0 * own, 1e6] {
+            let controls = Controls {
+                focus_distance: Some(ObjectDistance::Metres(metres)),
+                ..Controls::default()
+            };
+            let sizes = Sizes::new(&measured.with_controls(&controls).expect("possible"));
+            let case = format!("{} focused at {metres} m", lens.name);
+            let found = sharpest_vergence(|v| sizes.at(v).hypot().powi(2)).expect("a focus");
+            assert!((found - 1.0 / metres).abs() < 1e-5, "{case}: {found}");
+            // As sharp as the lens draws at its own focus, in each plane of symmetry.
+            let focused = sizes.at(1.0 / metres);
+            let grown = [focused.x / least.x, focused.y / least.y];
+            assert!(
+                grown.iter().all(|g| *g < 1.15),
+                "{case}: {focused:?}, {least:?}"
+            );
+            // Before and behind it discs keep their shape, beyond the nearest distance too.
+            let ratio = |v: f64, sizes: &Sizes| sizes.at(v).x / sizes.at(v).y;
+            let far = 40.0 * least.hypot() / sizes.slope(1.0 / metres);
+            for side in [-far, far] {
+                let [is, was] = [(1.0 / metres, &sizes), (1.0 / own, &Sizes::new(&measured))]
+                    .map(|(focus, sizes)| ratio(focus + side, sizes));
+                assert!((is / was - 1.0).abs() < 0.05, "{case}, {side}: {is} {was}");
+            }
+        }
+    }
+}
+
+/// The sizes of discs on the axis.
+struct Sizes(Predictor);
+
+/// Standard deviations, px.
+#[derive(Debug)]
+struct Size {
+    x: f64,
+    y: f64,
+}
+
+impl Size {
+    fn hypot(&self) -> f64 {
+        self.x.hypot(self.y)
+    }
+}
+
+impl Sizes {
+    fn new(profile: &LensProfile) -> Self {
+        Self(Predictor::new(profile).expect("a lens"))
+    }
+
+    /// Returns the root mean square over channels at vergence `v`.
+    fn at(&self, v: f64) -> Size {
+        let axis = FieldPoint::new(0.0, 0.0);
+        let all = (0..self.0.channel_count()).map(|k| self.0.blur_at(k, axis, v).blur.moments);
+        let [x, y] = all.fold([0.0; 2], |[x, y], m| [x + m.mu20 / 3.0, y + m.mu02 / 3.0]);
+        Size {
+            x: x.sqrt(),
+            y: y.sqrt(),
+        }
+    }
+
+    /// Returns the growth of sizes away from `focus`, px m.
+    fn slope(&self, focus: f64) -> f64 {
+        self.at(focus + 1.0).hypot()
     }
 }
 

@@ -2,11 +2,13 @@
 //! (docs/background/model.md section 10).
 
 mod focal_length;
+mod focus;
 
 use super::{LensDescription, LensProfile, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
 use crate::effects::ControlRatios;
 use crate::error::{Error, ErrorKind, Result};
+use focus::FocusedCamera;
 
 /// Least f-number of a lens in air, whose image is lit from all sides.
 const LEAST_F_NUMBER: f64 = 0.5;
@@ -20,7 +22,8 @@ pub struct Controls {
     /// Focal length, millimetres: all lengths of the lens and of its frame are scaled in proportion. It stays focused where it
     /// was.
     pub focal_length_mm: Option<f64>,
-    /// Focused distance, at which the mean of the channels is in focus on the axis.
+    /// Focused distance: the lens is sharpest there on the axis, in the mean of the channels. The distance that the profile
+    /// states leaves the lens as measured.
     pub focus_distance: Option<ObjectDistance>,
     /// F-number.
     pub f_number: Option<f64>,
@@ -77,13 +80,16 @@ impl LensProfile {
         let mut channels = channels.clone();
         let mut camera = self.camera.clone();
         let mut pixel_pitch_um = self.pixel_pitch_um;
-        let mut kept_focus = None;
         if let Some(new_mm) = controls.focal_length_mm {
             let ratio = self.size_ratio(new_mm)?;
-            kept_focus = mean_focus(&channels);
             channels.iter_mut().for_each(|c| c.set_size(ratio));
             camera.focal_length_mm = Some(new_mm);
             pixel_pitch_um = pixel_pitch_um.map(|pitch| pitch * ratio);
+            // The lens as large stays focused where it was.
+            if let Some(scaled) = focus::sharpest(&channels) {
+                let focused = FocusedCamera::new(&camera, self.frame);
+                focus::shift(&mut channels, scaled, scaled * ratio, &focused)?;
+            }
         }
         if let Some(f_number) = controls.f_number {
             let ratio = self.pupil_ratio(f_number)?;
@@ -91,10 +97,9 @@ impl LensProfile {
             camera.f_number = Some(f_number);
         }
         if let Some(distance) = controls.focus_distance {
-            set_focus(&mut channels, distance, camera.focal_length_mm)?;
+            let focused = FocusedCamera::new(&camera, self.frame);
+            focus::set(&mut channels, distance, &camera, &focused)?;
             camera.focus_distance = distance;
-        } else if let Some(focus) = kept_focus {
-            set_focus_vergence(&mut channels, focus, camera.focal_length_mm)?;
         }
         if let Some(shift_um) = controls.sensor_shift_um {
             let defocus = SensorShift::new(
@@ -104,13 +109,14 @@ impl LensProfile {
                 pixel_pitch_um,
             )?;
             channels.iter_mut().for_each(|c| defocus.apply(c));
-            camera.focus_distance = mean_focus(&channels).map_or(ObjectDistance::Unknown, |v| {
-                // A focus beyond infinity has no distance.
-                ObjectDistance::metres(1.0 / v.abs().max(1e-12))
-                    .ok()
-                    .filter(|_| v > 0.0)
-                    .unwrap_or(ObjectDistance::Unknown)
-            });
+            camera.focus_distance =
+                focus::sharpest(&channels).map_or(ObjectDistance::Unknown, |v| {
+                    // A focus beyond infinity has no distance.
+                    ObjectDistance::metres(1.0 / v.abs().max(1e-12))
+                        .ok()
+                        .filter(|_| v > 0.0)
+                        .unwrap_or(ObjectDistance::Unknown)
+                });
         }
         let mut provenance = self.provenance.clone();
         provenance.settings = format!("{}; set to {}", provenance.settings, controls.describe());
@@ -181,81 +187,6 @@ fn known(value: Option<f64>, key: &str, what: &str) -> Result<f64> {
             format!("put {what} into the lens profile, or into the manifest and fit again"),
         )
     })
-}
-
-/// Returns the mean over channels of the vergence in focus on the axis; `None` if a channel has none.
-fn mean_focus(channels: &[PupilChannel]) -> Option<f64> {
-    let all: Option<Vec<f64>> = channels
-        .iter()
-        .map(PupilChannel::focus_vergence_per_m)
-        .collect();
-    all.map(|v| v.iter().sum::<f64>() / v.len() as f64)
-}
-
-/// Moves the mean focus of `channels` to `distance`. Every channel keeps its offset from the mean, its axial colour.
-fn set_focus(
-    channels: &mut [PupilChannel],
-    distance: ObjectDistance,
-    focal_length_mm: Option<f64>,
-) -> Result<()> {
-    let new = distance.vergence_per_m().ok_or_else(|| {
-        Error::new(
-            "focus distance",
-            "is unknown",
-            "give metres from the entrance pupil, or infinity",
-        )
-    })?;
-    set_focus_vergence(channels, new, focal_length_mm)
-}
-
-/// Moves the mean focus of `channels` to vergence `new`, 1/m.
-fn set_focus_vergence(
-    channels: &mut [PupilChannel],
-    new: f64,
-    focal_length_mm: Option<f64>,
-) -> Result<()> {
-    let old = mean_focus(channels).ok_or_else(|| {
-        Error::new(
-            "focus distance",
-            "cannot be set: the lens was measured at one object distance, so the change of defocus is unknown",
-            "fit the lens to two or more object distances",
-        )
-        .with_kind(ErrorKind::Unsupported)
-    })?;
-    let ratio = match focal_length_mm {
-        Some(f_mm) => image_distance_ratio(f_mm * 1e-3, old, new)?,
-        None => 1.0,
-    };
-    for channel in channels {
-        channel.alpha = channel.alpha.shifted(old - new);
-        channel.set_image_distance(ratio);
-    }
-    Ok(())
-}
-
-/// Returns Z2 of a thin lens focused at vergence `new` over that at vergence `old`.
-fn image_distance_ratio(f_m: f64, old: f64, new: f64) -> Result<f64> {
-    let reach = 1.0 - f_m * new;
-    if reach <= 0.0 {
-        return Err(Error::new(
-            "focus distance",
-            format!("is {} m, within the focal length of {f_m} m", 1.0 / new),
-            "focus farther away",
-        ));
-    }
-    let measured = 1.0 - f_m * old;
-    if measured <= 0.0 {
-        return Err(Error::new(
-            "camera.focal_length_mm",
-            format!(
-                "is {} although the lens was found to focus at {} m",
-                f_m * 1e3,
-                1.0 / old
-            ),
-            "correct it in the lens profile",
-        ));
-    }
-    Ok(measured / reach)
 }
 
 impl PupilChannel {
@@ -335,15 +266,13 @@ impl SensorShift {
     }
 
     fn apply(&self, channel: &mut PupilChannel) {
+        let sign = channel.orientation();
         let (low, high) = channel.measured_vergence;
-        let middle = (low + high) / 2.0;
         let alpha = &mut channel.alpha;
         if alpha.degree() == 0 {
-            alpha.coefficients[0] += self.at_infinity + self.slope * middle;
+            alpha.coefficients[0] += self.at_infinity + self.slope * (low + high) / 2.0;
             return;
         }
-        // A fit may find the pupil inverted, which gives the same PSFs.
-        let sign = if alpha.slope(middle) < 0.0 { -1.0 } else { 1.0 };
         alpha.coefficients[0] += sign * self.at_infinity;
         alpha.coefficients[1] += sign * self.slope;
     }

@@ -40,7 +40,8 @@ pub struct PupilChannel {
     pub stop_lever_m: f64,
     /// Wavelength over pixel pitch; zero if either is unknown.
     pub wavelength_px: f64,
-    /// Smallest and largest measured vergence, 1/m. All series but `alpha` are constant beyond.
+    /// Smallest and largest measured vergence, 1/m. Defocus, `alpha` and that of effects, is linear beyond; all other series are
+    /// constant there.
     pub measured_vergence: (f64, f64),
 }
 
@@ -68,13 +69,30 @@ impl PartialEq for ProfileEffect {
     }
 }
 
+impl ProfileEffect {
+    /// Returns the values at vergence `v` of an effect measured over `range` of vergence.
+    fn values_at(&self, range: (f64, f64), v: f64) -> Vec<f64> {
+        let defocus = self.defocus_count();
+        let clamped = v.clamp(range.0, range.1);
+        let at = |(k, series): (usize, &VergenceSeries)| match k < defocus {
+            true => series.linear_beyond(range, v),
+            false => series.at(clamped),
+        };
+        self.values.iter().enumerate().map(at).collect()
+    }
+
+    /// Returns the number of parameters that are defocus, the first ones.
+    fn defocus_count(&self) -> usize {
+        self.effect.description().fit.linear
+    }
+}
+
 impl PupilChannel {
     /// Returns the five reduced numbers at vergence `v`, 1/m.
     pub fn numbers(&self, v: f64) -> ReducedNumbers {
         let clamped = self.clamped(v);
         ReducedNumbers {
-            // Linear beyond the measured range, where defocus keeps growing.
-            alpha: self.alpha.at(clamped) + self.alpha.slope(clamped) * (v - clamped),
+            alpha: self.alpha.linear_beyond(self.measured_vergence, v),
             beta: self.beta.at(clamped),
             gamma: self.gamma.at(clamped),
             delta: self.delta.at(clamped),
@@ -102,9 +120,9 @@ impl PupilChannel {
     }
 
     fn apply(&self, effects: &[ProfileEffect], at: FieldPoint, v: f64, pupil: &mut LocalPupil) {
-        let (point, clamped) = (self.scene_point(at, v), self.clamped(v));
+        let point = self.scene_point(at, v);
         for carried in effects {
-            let values: Vec<f64> = carried.values.iter().map(|s| s.at(clamped)).collect();
+            let values = carried.values_at(self.measured_vergence, v);
             carried.effect.apply(&values, point, pupil);
         }
     }
@@ -131,20 +149,19 @@ impl PupilChannel {
             .iter()
             .filter(|c| c.effect.description().fits_chief_ray)
         {
-            let clamped = self.clamped(v);
-            let values: Vec<f64> = carried.values.iter().map(|s| s.at(clamped)).collect();
+            let values = carried.values_at(self.measured_vergence, v);
             let shift = (carried.effect).chief_ray(&values, self.scene_point(at, v));
             moved = [moved[0] + shift[0], moved[1] + shift[1]];
         }
         if !self.added.is_empty() || self.picture.is_some() {
             let with = self.pupil_at(at, v).centroid();
             let without = self.fitted_pupil_at(at, v).centroid();
-            let (point, clamped) = (self.scene_point(at, v), self.clamped(v));
+            let point = self.scene_point(at, v);
             for axis in 0..2 {
                 moved[axis] += with[axis] - without[axis];
             }
             for carried in &self.added {
-                let values: Vec<f64> = carried.values.iter().map(|s| s.at(clamped)).collect();
+                let values = carried.values_at(self.measured_vergence, v);
                 let shift = carried.effect.chief_ray(&values, point);
                 moved = [moved[0] + shift[0], moved[1] + shift[1]];
             }
@@ -184,6 +201,34 @@ impl PupilChannel {
         } else {
             self.pupil_at(at, v).moments().0
         }
+    }
+
+    /// Returns whether defocus depends on vergence.
+    pub(super) fn depends_on_vergence(&self) -> bool {
+        self.alpha.degree() > 0 && self.alpha.slope(self.clamped(0.0)) != 0.0
+    }
+
+    /// Returns -1 if the fit found the pupil inverted, which gives the same PSFs: then defocus falls with vergence. Otherwise 1.
+    pub(super) fn orientation(&self) -> f64 {
+        let (low, high) = self.measured_vergence;
+        let slope = self.alpha.slope((low + high) / 2.0);
+        if slope < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// Returns the series of defocus: `alpha`, and those of effects that follow the object's distance.
+    pub(super) fn defocus_series(&self) -> impl Iterator<Item = &VergenceSeries> {
+        let effects = self.effects.iter().chain(&self.added);
+        std::iter::once(&self.alpha)
+            .chain(effects.flat_map(|carried| &carried.values[..carried.defocus_count()]))
+    }
+
+    /// Returns the same as [`Self::defocus_series`], to be changed.
+    pub(super) fn defocus_series_mut(&mut self) -> impl Iterator<Item = &mut VergenceSeries> {
+        let effects = self.effects.iter_mut().chain(&mut self.added);
+        std::iter::once(&mut self.alpha).chain(effects.flat_map(|carried| {
+            let count = carried.defocus_count();
+            &mut carried.values[..count]
+        }))
     }
 
     /// Returns all series except those of effects, with their names in files.

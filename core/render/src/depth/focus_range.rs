@@ -6,6 +6,7 @@
 use crate::{BlurField, PlateMap};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
+use seidel_optics::sharpest_vergence;
 
 /// Largest multiplier of blur in front of or behind the focus plane.
 pub const MAX_MULTIPLIER: f64 = 16.0;
@@ -196,23 +197,10 @@ fn ends(focus: f64, range_m: f64) -> Result<(f64, f64)> {
 pub fn focus_vergence(lens: &dyn BlurField) -> Option<f64> {
     let axis = FieldPoint::new(0.0, 0.0);
     let variance = |v: f64| {
-        let channels = 0..lens.channel_count();
-        let of = |k| lens.blur_at(k, axis, v).blur.moments;
-        channels.map(|k| of(k).mu20 + of(k).mu02).sum::<f64>()
+        let of = |k| lens.blur_at(k, axis, v).blur.moments.trace();
+        (0..lens.channel_count()).map(of).sum::<f64>()
     };
-    let mut middle = 0.0;
-    // Successive parabolic interpolation; the first step spans infinity to half a metre.
-    for step in [2.0, 1.0, 0.5, 0.25, 0.1, 0.03, 0.01] {
-        let [before, here, after] = [-step, 0.0, step].map(|by| variance(middle + by));
-        let bend = before - 2.0 * here + after;
-        let scale = before.abs() + here.abs() + after.abs();
-        if !bend.is_finite() || bend <= 1e-9 * scale {
-            // Flat at a wide step: no focus. Flat at a narrow one: close enough to it.
-            return (step < 1.0).then_some(middle);
-        }
-        middle += (0.5 * step * (before - after) / bend).clamp(-20.0, 20.0);
-    }
-    Some(middle)
+    sharpest_vergence(variance)
 }
 
 /// The kernels of a plate, probed on a grid.

@@ -85,7 +85,7 @@ impl Change<'_> {
             );
         }
         // Light of far points lands on the side opposite to that of its ray in the pupil if alpha rises with vergence.
-        let sign = rising(channel);
+        let sign = channel.orientation();
         if let Some(picture) = &look.picture {
             channel.picture = Some(PictureMask {
                 picture: picture.clone(),
@@ -119,13 +119,6 @@ impl Change<'_> {
         }
         Ok(())
     }
-}
-
-/// Returns the sign of the change of defocus with vergence; 1 where it does not depend on vergence.
-fn rising(channel: &PupilChannel) -> f64 {
-    let (low, high) = channel.measured_vergence;
-    let slope = channel.alpha.slope((low + high) / 2.0);
-    if slope < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// Returns the mean defocus of the channels.
