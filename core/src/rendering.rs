@@ -3,8 +3,8 @@
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 use seidel_render::{
-    EdgeReplicatingRenderer, LayeredRenderer, Occlusion, Plane, RenderWindow, Rendered, Renderer,
-    Scene,
+    EdgeReplicatingRenderer, LayeredRenderer, MirroringRenderer, Occlusion, Plane, RenderWindow,
+    Rendered, Renderer, Scene,
 };
 
 use crate::settings::{Edges, Quality};
@@ -41,10 +41,14 @@ impl Rendering<'_> {
             inner: self.renderer,
             occlusion: self.occlusion,
         };
+        let mirroring = MirroringRenderer {
+            inner: self.renderer,
+        };
         let renderer: &dyn Renderer = match (self.edges, &layered) {
             (Edges::Extend, _) => &replicating,
             (Edges::Mirror | Edges::Black, Some(layered)) => layered,
-            (Edges::Mirror | Edges::Black, None) => self.renderer,
+            (Edges::Mirror, None) => &mirroring,
+            (Edges::Black, None) => self.renderer,
         };
         let Scene { width, height, .. } = *self.scene;
         let window = window.unwrap_or(RenderWindow {

@@ -22,6 +22,7 @@
 //! | [`Gather`] | fast: tiles of an image pyramid, each gathered with a stencil that varies bilinearly |
 //! | [`LayeredRenderer`] | occlusion: blurs depth layers with another renderer and composites them near over far |
 //! | [`EdgeReplicatingRenderer`] | pads the plate with its edge pixels and renders that |
+//! | [`MirroringRenderer`] | mirrors the plate at its edges, but for its small lights |
 //! | [`SpotRenderer`] | exact at chosen pixels only: a reference for the error of the others |
 //!
 //! [`Operator`] is the fast renderer as a linear operator with its adjoint. [`AdjustedLens`],
@@ -37,6 +38,7 @@ mod clamped_lens;
 mod depth;
 mod edge_replication;
 mod gather;
+mod mirroring;
 mod non_square_pixel_lens;
 mod occlusion;
 mod plate_map;
@@ -57,6 +59,7 @@ pub use depth::{
 };
 pub use edge_replication::EdgeReplicatingRenderer;
 pub use gather::{Gather, KernelStore, LayerContext, Operator, Quality};
+pub use mirroring::MirroringRenderer;
 pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};
 pub use occlusion::{
     Background, BlurMap, DepthSlice, FocusSide, HIDDEN_REACH_PX, Holdout, LayeredRenderer,

@@ -1,6 +1,5 @@
 //! The blurred light of a few pixels in one plane.
 
-use crate::scatter::fold;
 use crate::{LocalKernel, RenderWindow, Scene};
 
 /// The blurred light of a few pixels in one plane.
@@ -95,7 +94,8 @@ impl LightDisc {
         Some(&mut self.samples[line * self.width..][..self.width])
     }
 
-    /// Adds the light to `out`, a `window` of a plane. `transmittance` takes the index of a pixel of the plate.
+    /// Adds the light to `out`, a `window` of a plane; light that leaves the plate is lost. `transmittance` takes the index of a pixel
+    /// of the plate.
     pub(super) fn add(
         &self,
         out: &mut [f32],
@@ -103,23 +103,19 @@ impl LightDisc {
         window: RenderWindow,
         transmittance: impl Fn(usize) -> f32,
     ) {
-        let place =
-            |at: usize, first: usize, size: usize| at.checked_sub(first).filter(|k| *k < size);
+        let place = |at: i32, size: usize, first: usize, count: usize| {
+            let at = usize::try_from(at).ok().filter(|at| *at < size)?;
+            Some((at, at.checked_sub(first).filter(|k| *k < count)?))
+        };
         for (line, samples) in self.samples.chunks_exact(self.width.max(1)).enumerate() {
-            let row = fold(self.top + line as i32, scene.height, scene.edges);
-            let Some((row, y)) =
-                row.and_then(|row| Some((row, place(row, window.row, window.height)?)))
-            else {
+            let row = self.top + line as i32;
+            let Some((row, y)) = place(row, scene.height, window.row, window.height) else {
                 continue;
             };
             for (k, sample) in samples.iter().enumerate() {
-                if *sample == 0.0 {
-                    continue;
-                }
-                let column = fold(self.left + k as i32, scene.width, scene.edges);
-                let column = column
-                    .and_then(|column| Some((column, place(column, window.column, window.width)?)));
-                if let Some((column, x)) = column {
+                let column = self.left + k as i32;
+                let column = place(column, scene.width, window.column, window.width);
+                if let Some((column, x)) = column.filter(|_| *sample != 0.0) {
                     out[y * window.width + x] += sample * transmittance(row * scene.width + column);
                 }
             }

@@ -26,7 +26,8 @@ pub(super) use signed_blur::SignedBlur;
 use super::depth_layers::DepthLayers;
 use super::layered_plate::LayeredPlate;
 use super::mixed_pixels::MixedPixels;
-use crate::gather::{HighlightBlock, HighlightCriterion, find_highlights};
+use crate::gather::{HighlightBlock, find_highlights};
+use crate::mirroring::SMALL_LIGHTS;
 use crate::{Plane, cancelled};
 use light_cut::DrawnCell;
 use light_disc::LightDisc;
@@ -36,14 +37,6 @@ use seidel_optics::error::Result;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use surface_blocks::{NearerSurfaces, SurfaceBlocks};
-
-/// Up to nearly half of a block, as highlights stand out from its median. Weaker ones than on a flat plate are worth a kernel each:
-/// between two slices their discs have two rims.
-const CRITERION: HighlightCriterion = HighlightCriterion {
-    most: 500,
-    contrast: 8.0,
-    worthwhile: 2.0,
-};
 
 /// Least distance between a light and a surface that cuts its disc, layers. Within it they may be one slanted surface.
 const LEAST_DISTANCE: f32 = 2.0;
@@ -107,7 +100,7 @@ impl<'a> SmallLights<'a> {
             .iter()
             .map(|plane| Cow::Borrowed(plane.samples))
             .collect();
-        let highlights = find_highlights(&input.planes[..count], input.width, &CRITERION);
+        let highlights = find_highlights(&input.planes[..count], input.width, &SMALL_LIGHTS);
         if highlights.is_empty() {
             return Self {
                 rest,
@@ -263,7 +256,7 @@ fn least_light(planes: &[Plane], count: usize) -> Vec<f32> {
         let sum: f64 = sums.iter().sum();
         (sum / covered.max(1) as f64) as f32
     };
-    let limit = |plane: &Plane| CRITERION.contrast * mean(plane);
+    let limit = |plane: &Plane| SMALL_LIGHTS.contrast * mean(plane);
     light.iter().map(limit).collect()
 }
 

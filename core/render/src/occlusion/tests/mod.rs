@@ -1,6 +1,7 @@
 //! Occlusion in small scenes with known results.
 
 mod blur_map;
+mod mirroring;
 mod range;
 mod small_lights;
 mod windows;
