@@ -6,7 +6,7 @@ use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint, Meridian};
 use seidel_optics::psf::{LocalBlur, PsfModel};
 
-/// Least variance of a displaced kernel, plate px².
+/// Largest variance that a displaced kernel needs, plate px².
 ///
 /// Undisplaced centroids lie on pixel centres; displaced ones drift past them. A kernel much narrower than a pixel is
 /// sampled on one pixel until its centroid passes half way, and then on the next. Where displacement shrinks the
@@ -54,6 +54,13 @@ impl Source {
         let shift_px = (x * self.shift_px.0, y * self.shift_px.1);
         (Self { blur, shift_px }, along)
     }
+}
+
+/// Returns the least variance of a kernel displaced by `shift_px` along an axis, px²: that of linear interpolation between the two
+/// nearest pixels, zero for whole pixels, up to [`DISPLACED_VARIANCE_PX2`].
+fn interpolation_variance(shift_px: f64) -> f64 {
+    let part = (shift_px - shift_px.round()).abs();
+    (part * (1.0 - part)).min(DISPLACED_VARIANCE_PX2)
 }
 
 /// Evaluates a scene's lens at points of its plate.
@@ -151,8 +158,10 @@ impl<'a> Sources<'a> {
             Displacement::Lateral => (x - mean.0, y - mean.1),
             Displacement::Full => (x, y),
         };
-        if self.scene.displacement != Displacement::None {
-            source.blur = source.blur.with_least_variance(DISPLACED_VARIANCE_PX2);
+        let (x, y) = source.shift_px;
+        let variance = interpolation_variance(x).max(interpolation_variance(y));
+        if variance > 0.0 {
+            source.blur = source.blur.with_least_variance(variance);
         }
     }
 

@@ -129,7 +129,13 @@ fn brute_force(scene: &Scene, planes: &[Plane]) -> Vec<Vec<f64>> {
                     (x - mean.0) * scene.map.scale,
                     (y - mean.1) * scene.map.scale,
                 );
-                blur.moments = blur.moments.with_least_variance(0.1);
+                // That of linear interpolation, up to a limit.
+                let variance = [shift.0, shift.1].map(|shift: f64| {
+                    let part = shift.rem_euclid(1.0);
+                    part * (1.0 - part)
+                });
+                let variance = variance[0].max(variance[1]).min(0.1);
+                blur.moments = blur.moments.with_least_variance(variance);
             }
             let reach = scene.model.kernel_bounds(&blur);
             let left = (shift.0 - reach.left_px).floor();
@@ -164,6 +170,34 @@ fn brute_force(scene: &Scene, planes: &[Plane]) -> Vec<Vec<f64>> {
         }
     }
     out
+}
+
+#[test]
+fn kernels_displaced_by_whole_pixels_are_not_widened() {
+    for displacement_px in [(0.0, 0.0), (2.0, -1.0)] {
+        let sharp = move |_: usize, _: FieldPoint, _: f64| DisplacedBlur {
+            displacement_px,
+            ..constant(0.004, 0.004, 0.0)
+        };
+        let lens = Lens {
+            channel_count: 1,
+            blur: sharp,
+        };
+        let scene = Scene {
+            displacement: Displacement::Full,
+            ..scene(&lens, 20, 12)
+        };
+        let mut lit = vec![0.0; 20 * 12];
+        lit[6 * 20 + 9] = 1.0;
+        let plane = Plane {
+            samples: &lit,
+            weights: &[1.0],
+        };
+        let out = render(&scene, &[plane]).remove(0);
+        let (x, y) = displacement_px;
+        let index = (6.0 + y) * 20.0 + 9.0 + x;
+        assert!(out[index as usize] > 0.999, "{}", out[index as usize]);
+    }
 }
 
 fn assert_close(got: &[Vec<f32>], want: &[Vec<f64>], largest_error: f64, case: &str) {
