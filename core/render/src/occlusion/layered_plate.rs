@@ -12,3 +12,18 @@ pub(super) struct LayeredPlate<'a> {
     pub(super) coordinates: &'a [f32],
     pub(super) planes: &'a [Plane<'a>],
 }
+
+impl LayeredPlate<'_> {
+    /// Returns the pixels of the plate within `reach` of pixel `index` along both axes, itself included.
+    pub(super) fn neighbourhood(
+        &self,
+        index: usize,
+        reach: usize,
+    ) -> impl Iterator<Item = usize> + Clone + use<> {
+        let (width, height) = (self.width, self.height);
+        let (column, row) = (index % width, index / width);
+        let span = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
+        let columns = span(column, width);
+        span(row, height).flat_map(move |y| columns.clone().map(move |x| y * width + x))
+    }
+}

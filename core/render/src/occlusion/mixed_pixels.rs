@@ -11,8 +11,8 @@
 //!
 //! where v is 16 times the variance of light within the two sides, and the prior a0 is the near side's share of the
 //! surrounding 3 x 3 pixels with weights 1 2 1 along both axes. The prior decides where the two sides look alike. The
-//! residual of a F + (1 - a) B goes to both sides, so that together they equal the pixel; each stays within the range of I,
-//! F, B, black and white.
+//! residual of a F + (1 - a) B goes to both sides, so that together they equal the pixel; each stays within bounds set by I,
+//! F and B.
 
 use super::cell_pyramid::JUMP;
 use super::disocclusion::ExtraSamples;
@@ -24,6 +24,8 @@ use rayon::prelude::*;
 const RADIUS_PX: usize = 2;
 /// One over the variance of the prior: its standard deviation is a quarter.
 const PRIOR_PRECISION: f64 = 16.0;
+/// Brightest part of a pixel over the pixel and the mean light of the two sides.
+const BRIGHTER: f32 = 1.5;
 /// Least share of a pixel's light that is moved.
 const MIN_SHARE: f32 = 0.01;
 
@@ -31,14 +33,6 @@ const MIN_SHARE: f32 = 0.01;
 pub(super) struct MixedPixels {
     /// `None` elsewhere.
     edges: Vec<Option<EdgePixel>>,
-}
-
-/// The part of a pixel's light that belongs to the other side of a jump.
-pub(super) struct OtherSide {
-    /// Layer coordinate.
-    pub(super) coordinate: f32,
-    /// Share of the pixel's light in each plane, 0 to 1.
-    pub(super) shares: Vec<f32>,
 }
 
 impl MixedPixels {
@@ -51,6 +45,8 @@ impl MixedPixels {
 
     /// Returns the signed corrections of the samples of `input` that move mixed light to its side, row by row.
     pub(super) fn corrections(&self, input: &LayeredPlate) -> Vec<ExtraSamples> {
+        let brightest = |plane: &Plane| plane.samples.par_iter().copied().reduce(|| 0.0, f32::max);
+        let brightest: Vec<f32> = input.planes.iter().map(brightest).collect();
         let row = |row: usize| {
             let mut out = ExtraSamples::default();
             let mut estimate = CoverageEstimate::new(input.planes.len());
@@ -59,7 +55,7 @@ impl MixedPixels {
                 if let Some(edge) = &self.edges[index]
                     && estimate.update(input, &self.edges, index, *edge)
                 {
-                    estimate.correct(input, index, *edge, &mut out);
+                    estimate.correct(input, index, *edge, &brightest, &mut out);
                 }
             }
             out
@@ -67,28 +63,29 @@ impl MixedPixels {
         (0..input.height).into_par_iter().map(row).collect()
     }
 
-    /// Returns what belongs to the other side of pixel `index`; `None` without any, and where one of the sides is not visible.
-    pub(super) fn other_side(&self, input: &LayeredPlate, index: usize) -> Option<OtherSide> {
-        let edge = self.edges[index]?;
-        let mut estimate = CoverageEstimate::new(input.planes.len());
-        if !estimate.update(input, &self.edges, index, edge) || estimate.moved(edge) < MIN_SHARE {
-            return None;
-        }
-        let sides = estimate.mean[0].iter().zip(&estimate.mean[1]);
-        let share = |(plane, (far, near)): (&Plane, (&f64, &f64))| {
-            let light = plane.samples[index];
-            let of_far = far_part(light, estimate.coverage, *far as f32, *near as f32);
-            let other = if edge.near { of_far } else { light - of_far };
-            if light > 0.0 {
-                (other / light).clamp(0.0, 1.0)
-            } else {
-                0.0
-            }
+    /// Returns the layer coordinate of the side of the jump that most light of pixel `index` comes from; its own away from jumps.
+    pub(super) fn coordinate_of_light(&self, input: &LayeredPlate, index: usize) -> f32 {
+        let own = input.coordinates[index];
+        let Some(edge) = self.edges[index] else {
+            return own;
         };
-        Some(OtherSide {
-            coordinate: edge.other,
-            shares: input.planes.iter().zip(sides).map(share).collect(),
-        })
+        let mut estimate = CoverageEstimate::new(input.planes.len());
+        if !estimate.update(input, &self.edges, index, edge) {
+            return own;
+        }
+        let (mut of_far, mut all) = (0.0, 0.0);
+        let sides = estimate.mean[0].iter().zip(&estimate.mean[1]);
+        for (plane, (far, near)) in input.planes.iter().zip(sides) {
+            let light = plane.samples[index];
+            let sides = [*far as f32, *near as f32];
+            of_far += far_part(light, estimate.coverage, sides, f32::MAX);
+            all += light;
+        }
+        if (of_far > 0.5 * all) == edge.near {
+            edge.other
+        } else {
+            own
+        }
     }
 }
 
@@ -114,7 +111,7 @@ fn edge_pixels(input: &LayeredPlate) -> Vec<Option<EdgePixel>> {
         let own = input.coordinates[index];
         let (mut least, mut largest) = (own, own);
         let (mut of_own, mut all) = (0.0, 0.0);
-        for neighbour in neighbourhood(input, index, 1) {
+        for neighbour in input.neighbourhood(index, 1) {
             let coordinate = input.coordinates[neighbour];
             least = least.min(coordinate);
             largest = largest.max(coordinate);
@@ -138,19 +135,6 @@ fn edge_pixels(input: &LayeredPlate) -> Vec<Option<EdgePixel>> {
         .into_par_iter()
         .map(edge)
         .collect()
-}
-
-/// Returns the pixels of the plate within `reach` of pixel `index` along both axes, itself included.
-fn neighbourhood(
-    input: &LayeredPlate,
-    index: usize,
-    reach: usize,
-) -> impl Iterator<Item = usize> + Clone {
-    let (width, height) = (input.width, input.height);
-    let (column, row) = (index % width, index / width);
-    let span = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
-    let columns = span(column, width);
-    span(row, height).flat_map(move |y| columns.clone().map(move |x| y * width + x))
 }
 
 /// The estimated coverage of a pixel at a jump.
@@ -182,7 +166,8 @@ impl CoverageEstimate {
     ) -> bool {
         let middle = (input.coordinates[index] + edge.other) / 2.0;
         for (side, near) in [false, true].into_iter().enumerate() {
-            let of_side = neighbourhood(input, index, RADIUS_PX)
+            let of_side = input
+                .neighbourhood(index, RADIUS_PX)
                 .filter(|&other| other != index && (input.coordinates[other] > middle) == near);
             let examples = of_side.map(|other| (other, example_weight(edges[other])));
             if !self.average(input, side, examples) {
@@ -237,7 +222,15 @@ impl CoverageEstimate {
     }
 
     /// Adds the corrections that move the other side's part of pixel `index` to that side.
-    fn correct(&self, input: &LayeredPlate, index: usize, edge: EdgePixel, out: &mut ExtraSamples) {
+    /// A side is at most as bright as the `brightest` sample of its plane.
+    fn correct(
+        &self,
+        input: &LayeredPlate,
+        index: usize,
+        edge: EdgePixel,
+        brightest: &[f32],
+        out: &mut ExtraSamples,
+    ) {
         let column = index % input.width;
         let a = self.coverage;
         let moved = self.moved(edge);
@@ -256,10 +249,10 @@ impl CoverageEstimate {
             .planes
             .iter()
             .zip(self.mean[0].iter().zip(&self.mean[1]));
-        let parts = planes.map(|(plane, (far, near))| {
+        let parts = planes.zip(brightest).map(|((plane, (far, near)), limit)| {
             let (far, near) = (*far as f32, *near as f32);
             let light = plane.samples[index];
-            let of_far = far_part(light, a, far, near);
+            let of_far = far_part(light, a, [far, near], *limit);
             if edge.near {
                 (-of_far, of_far)
             } else {
@@ -276,12 +269,12 @@ impl CoverageEstimate {
 /// Returns the part of `light` that belongs to the far side, for coverage `a` of the near side: 1 - a times the light of the far
 /// side, with the residual on both sides.
 ///
-/// The light of either side, each part over its share, stays within the range of `light`, `far`, `near`, black and white. The mean
-/// of a side that holds a lamp says nothing about its other pixels, and without bounds their residual would be a large negative
-/// light. Alpha stays below one for the same reason.
-fn far_part(light: f32, a: f32, far: f32, near: f32) -> f32 {
+/// The light of either side, each part over its share, is at least the least of `light`, `far`, `near` and black, and at most
+/// [`BRIGHTER`] times the brightest of them, and `limit`. The mean of a side that holds a lamp says nothing about its other pixels, and
+/// without bounds their residual would be a large negative light.
+fn far_part(light: f32, a: f32, [far, near]: [f32; 2], limit: f32) -> f32 {
     let least = light.min(far).min(near).min(0.0);
-    let most = light.max(far).max(near).max(1.0);
+    let most = (BRIGHTER * light.max(far).max(near)).min(limit);
     let rest = light - a * near - (1.0 - a) * far;
     let part = (1.0 - a) * (far + rest);
     // Bounds by the far side itself, then by what they leave to the near side. They meet at the latest where all are alike.
@@ -302,10 +295,10 @@ mod tests {
             (1e5, 0.4, 0.2, 0.1),
             (0.9, 0.5, 0.0, 1.0),
         ] {
-            let of_far = far_part(light, a, far, near);
+            let of_far = far_part(light, a, [far, near], f32::MAX);
             let sides = [of_far / (1.0 - a), (light - of_far) / a];
             let least = light.min(far).min(near).min(0.0) - 1e-6;
-            let most = 1.000_001 * light.max(far).max(near).max(1.0);
+            let most = 1.000_001 * BRIGHTER * light.max(far).max(near);
             for side in sides {
                 assert!(
                     (least..=most).contains(&side),
@@ -314,6 +307,9 @@ mod tests {
             }
         }
         // A pixel that is a mix of both sides is split into them.
-        assert!((far_part(0.44, 0.3, 0.2, 1.0) - 0.7 * 0.2).abs() < 1e-6);
+        assert!((far_part(0.44, 0.3, [0.2, 1.0], 1.0) - 0.7 * 0.2).abs() < 1e-6);
+        // Coverage stays below one.
+        let of_far = far_part(0.95, 0.5, [0.4, 0.9], 1.0);
+        assert!((0.95 - of_far) / 0.5 <= 1.000_001);
     }
 }

@@ -44,6 +44,9 @@ const LEAST_DISTANCE: f32 = 2.0;
 /// Least radius of a disc that is cut, px. A smaller one is dimmed evenly.
 const LEAST_RADIUS_PX: f64 = 1.5;
 
+/// Steps from a pixel at the rim of a light to one that it covers whole.
+const STEPS_TO_BRIGHTEST: usize = 3;
+
 /// Side of the cells whose lights share a kernel, px.
 const CELL_PX: usize = 4;
 
@@ -142,7 +145,6 @@ impl<'a> SmallLights<'a> {
                 for (plane, excess) in rest.iter_mut().zip(excess) {
                     if *excess != 0.0 {
                         let left = &mut plane.to_mut()[row * input.width + column];
-                        // Both parts of a mixed pixel may exceed it by rounding.
                         *left = (*left - excess).max(left.min(0.0));
                     }
                 }
@@ -260,8 +262,10 @@ fn least_light(planes: &[Plane], count: usize) -> Vec<f32> {
     light.iter().map(limit).collect()
 }
 
-/// Returns the highlights of a block that exceed the `least_light` of their planes, cell by cell; the light of a mixed pixel at the depth
-/// of either side.
+/// Returns the highlights of a block that exceed the `least_light` of their planes, cell by cell.
+///
+/// A pixel at the rim of a light holds a part of it and often has the depth of what lies behind: all that stands out belongs to the
+/// light, at the depth of its brightest pixel close by.
 fn cells(
     block: &HighlightBlock,
     least_light: &[f32],
@@ -270,15 +274,8 @@ fn cells(
 ) -> Vec<CellLights> {
     let count = least_light.len();
     let mut cells: BTreeMap<(usize, usize, i32), CellLights> = BTreeMap::new();
-    let mut add = |(row, column): (usize, usize), coordinate: f32, excess: &[f32]| {
-        let depth = (CELLS_PER_LAYER * coordinate).round() as i32;
-        let cell = (row / CELL_PX, column / CELL_PX, depth);
-        let lights = cells.entry(cell).or_default();
-        lights.add((column, row), coordinate, excess);
-    };
     for (pixel, excess) in block.pixels.iter().zip(block.excess.chunks(count)) {
         let index = pixel.0 * input.width + pixel.1;
-        let coordinate = input.coordinates[index];
         let excess = excess.iter().zip(input.planes.iter().zip(least_light));
         let excess: Vec<f32> = excess
             .map(|(light, (plane, least))| {
@@ -292,21 +289,37 @@ fn cells(
         if excess.iter().all(|light| *light == 0.0) {
             continue;
         }
-        let Some(other) = mixed.other_side(input, index) else {
-            add(*pixel, coordinate, &excess);
-            continue;
-        };
-        let parts = excess.iter().zip(&other.shares);
-        let (own, moved): (Vec<f32>, Vec<f32>) = parts
-            .map(|(light, share)| (light * (1.0 - share), light * share))
-            .unzip();
-        for (coordinate, part) in [(coordinate, own), (other.coordinate, moved)] {
-            if part.iter().any(|light| *light != 0.0) {
-                add(*pixel, coordinate, &part);
-            }
-        }
+        let coordinate = mixed.coordinate_of_light(input, brightest_nearby(input, count, index));
+        let depth = (CELLS_PER_LAYER * coordinate).round() as i32;
+        let (row, column) = *pixel;
+        let lights = cells.entry((row / CELL_PX, column / CELL_PX, depth));
+        lights.or_default().add((column, row), coordinate, &excess);
     }
     cells.into_values().collect()
+}
+
+/// Returns the pixel that steps to the brightest neighbour lead to, from pixel `index`: [`STEPS_TO_BRIGHTEST`] at most.
+fn brightest_nearby(input: &LayeredPlate, count: usize, index: usize) -> usize {
+    let light = |at: usize| -> f32 {
+        let planes = input.planes[..count].iter();
+        planes.map(|plane| plane.samples[at]).sum()
+    };
+    let mut at = index;
+    for _ in 0..STEPS_TO_BRIGHTEST {
+        let around = input.neighbourhood(at, 1);
+        let brightest = around.fold(at, |best, other| {
+            if light(other) > light(best) {
+                other
+            } else {
+                best
+            }
+        });
+        if brightest == at {
+            break;
+        }
+        at = brightest;
+    }
+    at
 }
 
 impl CellLights {

@@ -37,6 +37,57 @@ fn small_lights_are_blurred_at_their_own_depth() {
     }
 }
 
+/// A lamp of 2 x 2 px whose rim has the depth of the wall behind it, as where a depth pass samples the middle of pixels.
+#[test]
+fn the_rim_of_a_light_is_blurred_at_its_depth() {
+    let in_square = |index: usize, first: usize, side: usize| {
+        (first..first + side).contains(&(index % WIDTH))
+            && (first..first + side).contains(&(index / WIDTH))
+    };
+    let pass: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|k| if in_square(k, 21, 2) { 1.1 } else { 0.8 })
+        .collect();
+    let light: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|k| match (in_square(k, 21, 2), in_square(k, 20, 4)) {
+            (true, _) => 900.0,
+            (_, true) => 300.0,
+            _ => 0.0,
+        })
+        .collect();
+    let planes = [plane(&light, GREEN)];
+    let by_pixel = scene(&EVEN, VergencePass::PerPixel(&pass));
+    let drawn = render(Occlusion::default(), &by_pixel, &planes).swap_remove(0);
+    let at_lamp = scene(&EVEN, VergencePass::Constant(1.1));
+    let exact = Scatter.render(&at_lamp, &planes, &|_| true);
+    let exact = exact.expect("a valid scene").planes.swap_remove(0);
+    let peak = exact.iter().copied().fold(0.0, f32::max);
+    let apart = largest_difference(&drawn, &exact) / peak;
+    assert!(apart < 1e-3, "{apart}");
+}
+
+#[test]
+fn brighter_plates_give_results_as_many_times_as_bright() {
+    let pass: Vec<f32> = halves(1.1, 0.7);
+    let mut plate = textured();
+    // Lamps beside the edge in depth, and mixed pixels on it.
+    for (index, light) in [(20 * WIDTH + 30, 40.0), (24 * WIDTH + 32, 9.0)] {
+        plate[index] = light;
+    }
+    let scene = scene(&EVEN, VergencePass::PerPixel(&pass));
+    let settings = Occlusion {
+        light_planes: Some(1),
+        ..Occlusion::default()
+    };
+    let own = render(settings, &scene, &[plane(&plate, GREEN)]).swap_remove(0);
+    for factor in [0.125, 8.0, 1024.0] {
+        let scaled: Vec<f32> = plate.iter().map(|light| factor * light).collect();
+        let result = render(settings, &scene, &[plane(&scaled, GREEN)]).swap_remove(0);
+        let back: Vec<f32> = result.iter().map(|light| light / factor).collect();
+        let apart = largest_difference(&back, &own);
+        assert!(apart < 1e-6, "{factor}: {apart}");
+    }
+}
+
 #[test]
 fn neighbouring_lights_share_a_kernel_within_their_cell() {
     let lights: Vec<_> = (0..24).map(|k| (20 + k % 6, 18 + k / 6)).collect();
