@@ -14,7 +14,9 @@
 //! residual of a F + (1 - a) B goes to both sides, so that together they equal the pixel; each stays within bounds set by I,
 //! F and B.
 
+use super::background::Background;
 use super::cell_pyramid::JUMP;
+use super::depth_layers::DepthLayers;
 use super::disocclusion::ExtraSamples;
 use super::layered_plate::LayeredPlate;
 use crate::Plane;
@@ -43,8 +45,13 @@ impl MixedPixels {
         }
     }
 
-    /// Returns the signed corrections of the samples of `input` that move mixed light to its side, row by row.
-    pub(super) fn corrections(&self, input: &LayeredPlate) -> Vec<ExtraSamples> {
+    /// Returns the signed corrections of the samples of `input` that move mixed light to its side, row by row. `behind` is what the plate
+    /// shows without its foreground, where that is known.
+    pub(super) fn corrections(
+        &self,
+        input: &LayeredPlate,
+        behind: Option<&CleanPlate>,
+    ) -> Vec<ExtraSamples> {
         let brightest = |plane: &Plane| plane.samples.par_iter().copied().reduce(|| 0.0, f32::max);
         let brightest: Vec<f32> = input.planes.iter().map(brightest).collect();
         let row = |row: usize| {
@@ -52,9 +59,11 @@ impl MixedPixels {
             let mut estimate = CoverageEstimate::new(input.planes.len());
             for column in 0..input.width {
                 let index = row * input.width + column;
-                if let Some(edge) = &self.edges[index]
-                    && estimate.update(input, &self.edges, index, *edge)
-                {
+                let Some(edge) = &self.edges[index] else {
+                    continue;
+                };
+                let behind = behind.and_then(|clean| clean.behind(input, index, *edge));
+                if estimate.update(input, &self.edges, index, *edge, behind.as_deref()) {
                     estimate.correct(input, index, *edge, &brightest, &mut out);
                 }
             }
@@ -70,7 +79,7 @@ impl MixedPixels {
             return own;
         };
         let mut estimate = CoverageEstimate::new(input.planes.len());
-        if !estimate.update(input, &self.edges, index, edge) {
+        if !estimate.update(input, &self.edges, index, edge, None) {
             return own;
         }
         let (mut of_far, mut all) = (0.0, 0.0);
@@ -86,6 +95,32 @@ impl MixedPixels {
         } else {
             own
         }
+    }
+}
+
+/// What the plate shows without its foreground, and the plate with its small lights.
+pub(super) struct CleanPlate<'a> {
+    pub(super) background: &'a Background<'a>,
+    pub(super) layers: &'a DepthLayers,
+    pub(super) with_lights: &'a LayeredPlate<'a>,
+}
+
+impl CleanPlate<'_> {
+    /// Returns the light behind pixel `index` in each plane, if it is that of the far side of its jump. A pixel that lost a small light
+    /// does not show it.
+    fn behind(&self, input: &LayeredPlate, index: usize, edge: EdgePixel) -> Option<Vec<f64>> {
+        let own = input.coordinates[index];
+        let far = if edge.near { edge.other } else { own };
+        let clean = self.layers.coordinate(self.background.vergence_at(index));
+        let planes = input.planes.iter().zip(self.with_lights.planes);
+        let has_light = planes
+            .clone()
+            .any(|(rest, whole)| rest.samples[index] != whole.samples[index]);
+        if has_light || (clean - far).abs() > JUMP {
+            return None;
+        }
+        let planes = self.background.planes.iter();
+        Some(planes.map(|plane| f64::from(plane[index])).collect())
     }
 }
 
@@ -145,6 +180,8 @@ struct CoverageEstimate {
     spread: [f64; 2],
     /// Coverage of the near side, 0 to 1.
     coverage: f32,
+    /// Whether the light of the far side is known.
+    far_is_known: bool,
 }
 
 impl CoverageEstimate {
@@ -153,19 +190,30 @@ impl CoverageEstimate {
             mean: [vec![0.0; planes], vec![0.0; planes]],
             spread: [0.0; 2],
             coverage: 0.0,
+            far_is_known: false,
         }
     }
 
-    /// Estimates the coverage of pixel `index`; returns false where one of the sides is not visible.
+    /// Estimates the coverage of pixel `index`, given the light of its far side if it is known; returns false where one of the sides is
+    /// not visible.
     fn update(
         &mut self,
         input: &LayeredPlate,
         edges: &[Option<EdgePixel>],
         index: usize,
         edge: EdgePixel,
+        behind: Option<&[f64]>,
     ) -> bool {
         let middle = (input.coordinates[index] + edge.other) / 2.0;
+        self.far_is_known = behind.is_some();
+        if let Some(behind) = behind {
+            self.mean[0].copy_from_slice(behind);
+            self.spread[0] = 0.0;
+        }
         for (side, near) in [false, true].into_iter().enumerate() {
+            if self.far_is_known && !near {
+                continue;
+            }
             let of_side = input
                 .neighbourhood(index, RADIUS_PX)
                 .filter(|&other| other != index && (input.coordinates[other] > middle) == near);
@@ -240,7 +288,13 @@ impl CoverageEstimate {
         let own = input.coordinates[index];
         // The far side continues behind light that is moved to the near side.
         let kept = if edge.near { -moved } else { 0.0 };
-        for (weight, coordinate) in [(kept, own), (moved, edge.other)] {
+        // A known far side is whole behind the near one already.
+        let there = if edge.near && self.far_is_known {
+            0.0
+        } else {
+            moved
+        };
+        for (weight, coordinate) in [(kept, own), (there, edge.other)] {
             out.columns.push(column as u32);
             out.weights.push(weight);
             out.coordinates.push(coordinate);
@@ -252,9 +306,13 @@ impl CoverageEstimate {
         let parts = planes.zip(brightest).map(|((plane, (far, near)), limit)| {
             let (far, near) = (*far as f32, *near as f32);
             let light = plane.samples[index];
-            let of_far = far_part(light, a, [far, near], *limit);
+            let of_far = if self.far_is_known {
+                known_far_part(light, a, [far, near], *limit)
+            } else {
+                far_part(light, a, [far, near], *limit)
+            };
             if edge.near {
-                (-of_far, of_far)
+                (-of_far, if self.far_is_known { 0.0 } else { of_far })
             } else {
                 let of_near = light - of_far;
                 (moved * far - of_near, of_near)
@@ -280,6 +338,16 @@ fn far_part(light: f32, a: f32, [far, near]: [f32; 2], limit: f32) -> f32 {
     // Bounds by the far side itself, then by what they leave to the near side. They meet at the latest where all are alike.
     let part = part.max((1.0 - a) * least).min((1.0 - a) * most);
     part.max(light - a * most).min(light - a * least)
+}
+
+/// Returns the same where `far` is the light of the far side in this pixel: 1 - a of it, or as much as leaves the near side within its
+/// bounds.
+fn known_far_part(light: f32, a: f32, [far, near]: [f32; 2], limit: f32) -> f32 {
+    let least = light.min(far).min(near).min(0.0);
+    let most = (BRIGHTER * light.max(far).max(near)).min(limit);
+    ((1.0 - a) * far)
+        .max(light - a * most)
+        .min(light - a * least)
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ use disocclusion::ExtraSamples;
 use layer_samples::{LayerSamples, LayerSource};
 use layer_waves::{CropProgress, LayerCrop, waves};
 use layered_plate::LayeredPlate;
-use mixed_pixels::MixedPixels;
+use mixed_pixels::{CleanPlate, MixedPixels};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 use small_lights::{LightCut, SignedBlur, SmallLights};
@@ -253,7 +253,13 @@ impl LayeredRenderer<'_> {
             }
         };
         check_cancelled()?;
-        let corrections = mixed_pixels.corrections(&input);
+        let background = self.settings.background.as_ref();
+        let clean = background.map(|background| CleanPlate {
+            background,
+            layers: &layers,
+            with_lights: &whole,
+        });
+        let corrections = mixed_pixels.corrections(&input, clean.as_ref());
         // As large as the plate.
         drop(mixed_pixels);
         check_cancelled()?;

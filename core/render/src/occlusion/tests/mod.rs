@@ -1,6 +1,7 @@
 //! Occlusion in small scenes with known results.
 
 mod blur_map;
+mod clean_plate;
 mod mirroring;
 mod range;
 mod small_lights;
