@@ -42,8 +42,10 @@ fn energy_and_depth_are_preserved() {
     let out = folder.path().join("out.exr");
     for channel in ["R", "G", "B", "A"] {
         let (before, after) = (total(&plate, channel), total(&out, channel));
+        // Small lights beside the edge lose what leaves the plate.
+        let lost = if channel == "A" { 0.0 } else { 0.01 };
         assert!(
-            (after / before - 1.0).abs() < 1e-5,
+            (-1e-5..=lost + 1e-5).contains(&(1.0 - after / before)),
             "{channel}: {before} {after}"
         );
         assert_ne!(read_channel(&plate, channel), read_channel(&out, channel));
