@@ -113,7 +113,9 @@ fn built(root: &Path) -> Result<PathBuf, String> {
     command.current_dir(root).args(["build", "--release"]);
     command.args(["-p", "seidel", "-p", "seidel-ofx", "-p", "seidel-ofx-host"]);
     finished(command)?;
-    Ok(root.join("target").join("release"))
+    let target = std::env::var_os("CARGO_TARGET_DIR");
+    let target = target.map_or_else(|| root.join("target"), |folder| root.join(folder));
+    Ok(target.join("release"))
 }
 
 /// Runs `command` to its end.
