@@ -8,7 +8,7 @@ use super::light_sources::FoundLights;
 use super::noise_model::NoiseModel;
 use super::problem::{Problem, Refinement};
 use super::separation::{PlaneLights, PlateInputs};
-use super::{Canvas, Highlights, Saturation};
+use super::{Canvas, Highlights, Saturation, darkest_sample};
 use crate::{Plane, Scene};
 use rayon::prelude::*;
 use seidel_optics::Progress;
@@ -307,7 +307,7 @@ impl Deconvolver {
         sharp.truncate(extended.len());
         lights.add_sources(&mut sharp, &canvas);
         // Light is not negative; noise about black is.
-        let darkest = plane.samples.iter().fold(0.0_f32, |least, v| least.min(*v));
+        let darkest = darkest_sample(plane.samples);
         sharp
             .par_iter_mut()
             .for_each(|sample| *sample = sample.max(darkest));

@@ -18,7 +18,7 @@ use super::hole_filling::fill_holes;
 use super::lens_operator::LensOperator;
 use super::noise_estimate::estimate_noise;
 use super::normal_deviate::normal_deviate;
-use super::{Clipping, Deconvolver, Saturation, SharpPlane, ramp};
+use super::{Clipping, Deconvolver, Saturation, SharpPlane, darkest_sample, ramp};
 use crate::{DepthLayers, LayerSpacing, Plane, Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
@@ -166,8 +166,10 @@ impl<'a> DepthSplit<'a> {
             let share = f64::from(ramp(transmission[k], PLATE_TRANSMISSION));
             (noise * share * normal_deviate((samples.len() + k) as u64)) as f32
         };
+        // An error of T B y must not make light negative that is not negative in the plate.
+        let darkest = darkest_sample(samples);
         let mut foreground: Vec<f32> = (0..samples.len())
-            .map(|k| own[k] + added[k] + noise_beyond(k))
+            .map(|k| (own[k] + added[k] + noise_beyond(k)).max(darkest))
             .collect();
         if let Some(level) = level {
             for (k, sample) in foreground.iter_mut().enumerate() {

@@ -3,6 +3,8 @@
 //! The aperture looks past the edge of a near surface, so a blurred image shows a part of the surface behind it. The farther
 //! surface is continued behind the nearer one, at the depth that it has beside the edge, as far as kernels reach.
 //! Light of the pixels there is unknown, like that beyond the edges of the plate.
+//!
+//! The nearer surface hides the farther one over twice that distance: kernels blur the light of hidden pixels beyond the last of them.
 
 /// Smallest step of the nearness between neighbours that is a depth edge, px: two surfaces, and not one that is inclined.
 const EDGE_STEP: f32 = 1.0;
@@ -17,15 +19,18 @@ pub(super) struct HiddenSurface {
     front: Vec<f32>,
     /// The pixel beside the edge whose surface continues behind each pixel.
     sources: Vec<u32>,
+    /// Nearness half way between each pixel and the surface that it hides.
+    hiding_limits: Vec<Option<f32>>,
 }
 
 impl HiddenSurface {
-    /// Continues the surfaces of a canvas, `width` pixels wide, by at most `reach` pixels behind those in front of them.
-    /// `front` is the nearness of each pixel.
+    /// Continues the surfaces of a canvas, `width` pixels wide, by at most `reach` pixels behind those in front of them, which hide
+    /// light up to twice as far from the edge. `front` is the nearness of each pixel.
     pub(super) fn new(front: Vec<f32>, width: usize, reach: usize) -> Self {
         let mut surface = Self {
             width,
             sources: vec![NONE; front.len()],
+            hiding_limits: Vec::new(),
             front,
         };
         let beside_edges = (0..surface.front.len()).filter(|k| {
@@ -35,30 +40,43 @@ impl HiddenSurface {
                 .any(|other| surface.front[other] - nearness > EDGE_STEP)
         });
         let mut wave: Vec<(usize, u32)> = beside_edges.map(|k| (k, k as u32)).collect();
-        for _ in 0..reach {
+        surface.continue_by(reach, &mut wave);
+        let within_reach = surface.sources.clone();
+        surface.continue_by(reach, &mut wave);
+        let limit = |k: usize| {
+            let source = surface.source(k)?;
+            Some(0.5 * (surface.front[k] + surface.front[source]))
+        };
+        surface.hiding_limits = (0..surface.front.len()).map(limit).collect();
+        surface.sources = within_reach;
+        surface
+    }
+
+    /// Continues surfaces by `steps` pixels from those of `wave`, each with its source.
+    fn continue_by(&mut self, steps: usize, wave: &mut Vec<(usize, u32)>) {
+        for _ in 0..steps {
             let mut next = Vec::new();
-            for (pixel, source) in &wave {
-                let limit = surface.front[*source as usize] + EDGE_STEP;
-                let reached = surface
+            for (pixel, source) in wave.iter() {
+                let limit = self.front[*source as usize] + EDGE_STEP;
+                let reached = self
                     .neighbours(*pixel)
-                    .filter(|k| surface.sources[*k] == NONE && surface.front[*k] > limit);
+                    .filter(|k| self.sources[*k] == NONE && self.front[*k] > limit);
                 next.extend(reached.map(|k| (k, *source)));
             }
             // The farthest surface wins, whatever the order.
             next.sort_unstable_by(|a, b| {
-                let nearness = |source: u32| surface.front[source as usize];
+                let nearness = |source: u32| self.front[source as usize];
                 (a.0.cmp(&b.0)).then(nearness(a.1).total_cmp(&nearness(b.1)).then(a.1.cmp(&b.1)))
             });
             next.dedup_by_key(|(pixel, _)| *pixel);
             for (pixel, source) in &next {
-                surface.sources[*pixel] = *source;
+                self.sources[*pixel] = *source;
             }
             if next.is_empty() {
                 break;
             }
-            wave = next;
+            *wave = next;
         }
-        surface
     }
 
     /// Returns whether a surface is hidden anywhere.
@@ -79,10 +97,10 @@ impl HiddenSurface {
             .any(|other| (self.front[other] - nearness).abs() > EDGE_STEP)
     }
 
-    /// Returns the nearness half way between a pixel and the surface behind it, if there is one: what is farther is hidden by the pixel.
+    /// Returns the nearness half way between a pixel and the surface that it hides, if it hides one: what is farther is hidden by the
+    /// pixel.
     pub(super) fn hiding_limit(&self, pixel: usize) -> Option<f32> {
-        let source = self.source(pixel)?;
-        Some(0.5 * (self.front[pixel] + self.front[source]))
+        self.hiding_limits[pixel]
     }
 
     /// Returns how much of the light of a surface at `nearness` those with this hiding limit hide where they cover it, 0 to 1.
@@ -137,6 +155,8 @@ mod tests {
             assert_eq!(surface.source(k).is_some(), is_hidden, "{k}");
             assert!(surface.source(k).is_none_or(|source| source % 20 == 9));
             assert_eq!(surface.is_at_edge(k), (9..11).contains(&(k % 20)));
+            let hides = (10..18).contains(&(k % 20));
+            assert_eq!(surface.hiding_limit(k), hides.then_some(3.5), "{k}");
         }
         assert!(!surface.is_front_joined(9, 10) && surface.is_front_joined(10, 11));
         assert!(surface.is_back_joined(9, 10) && !surface.is_back_joined(8, 9));

@@ -345,6 +345,32 @@ mod tests {
         }
     }
 
+    /// A surface in front hides all light from behind, farther from its edge than kernels reach.
+    #[test]
+    fn what_is_hidden_does_not_shine_through() {
+        let lens = lens(2.0);
+        let is_near = |k: usize| k % WIDTH < 110;
+        let pass: Vec<f32> = (0..WIDTH * HEIGHT)
+            .map(|k| if is_near(k) { 0.6 } else { 0.0 })
+            .collect();
+        let scene = Scene {
+            vergence: VergencePass::PerPixel(&pass),
+            ..scene(&lens)
+        };
+        let canvas = Canvas::new(&scene);
+        let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
+        let light = |k: usize| if is_near(k) { 0.2 } else { 1.0 };
+        let plane: Vec<f32> = (0..WIDTH * HEIGHT).map(light).collect();
+        let image = operator.image(canvas.extend_by_replication(&plane));
+        let blurred = canvas.crop(&operator.apply(&image).expect("a plane of the canvas"));
+        for (k, sample) in blurred.iter().enumerate() {
+            assert!(
+                k % WIDTH > 85 || (sample - 0.2).abs() < 1e-4,
+                "{k}: {sample}"
+            );
+        }
+    }
+
     #[test]
     fn uniform_light_is_preserved_at_a_depth_edge() {
         let lens = lens(1.0);

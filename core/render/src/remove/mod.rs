@@ -80,6 +80,11 @@ pub use separation::PlaneLights;
 
 use highlights::Highlights;
 
+/// Returns the least of `samples`, or 0 if none is negative.
+fn darkest_sample(samples: &[f32]) -> f32 {
+    samples.iter().fold(0.0, |least, v| least.min(*v))
+}
+
 /// Rises linearly from 0 at the first of `bounds` to 1 at the second; these may be in descending order.
 fn ramp(value: f32, bounds: [f32; 2]) -> f32 {
     let [from, to] = bounds;

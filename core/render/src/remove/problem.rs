@@ -78,8 +78,9 @@ impl Problem<'_> {
         Ok(())
     }
 
-    /// Returns the weights `certain`, lowered where the residual of `estimate` is larger than noise: where the depth pass is wrong by
-    /// parts of a pixel, or a third surface lies behind the second (Cauchy weights, with the median as the scale).
+    /// Returns the weights `certain`, lowered at depth edges where the residual of `estimate` is larger than noise: the depth pass is
+    /// wrong by parts of a pixel there, or a third surface lies behind the second (Cauchy weights, with the median as the scale).
+    /// Elsewhere a large residual is detail that is not in the estimate yet.
     pub(super) fn without_outliers(&self, estimate: &BlurPair, certain: &[f32]) -> Vec<f32> {
         let residual = |k: usize| (self.plate[k] - estimate.blurred[k]).abs();
         let known = (0..certain.len()).filter(|k| certain[*k] > 0.0);
@@ -90,7 +91,8 @@ impl Problem<'_> {
         let middle = residuals.len() / 2;
         let (_, median, _) = residuals.select_nth_unstable_by(middle, f32::total_cmp);
         let scale = (MEDIAN_TO_DEVIATION * *median).max(self.deviation as f32) * OUTLIER;
-        let weight = |k: usize| certain[k] / (1.0 + (residual(k) / scale).powi(2));
+        let edges = self.operator.edge_shares();
+        let weight = |k: usize| certain[k] / (1.0 + edges[k] * (residual(k) / scale).powi(2));
         (0..certain.len()).into_par_iter().map(weight).collect()
     }
 

@@ -77,7 +77,6 @@ impl Schedule {
                 start: 3.0,
                 decay: 0.75,
                 residual_share: 1.0,
-                settled: 8,
                 ..flat
             },
             Refinement::Skip => Self {

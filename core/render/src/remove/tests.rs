@@ -395,6 +395,45 @@ fn result_scales_with_the_exposure_of_the_plate() {
     assert!(differences.fold(0.0, f32::max) < 1e-3);
 }
 
+/// The depth pass is a pixel wrong at the edge, and the plate has no noise.
+#[test]
+fn detail_away_from_a_wrong_depth_edge_becomes_sharper() {
+    let lens = lens(0.8);
+    let edge_at = |edge: usize| -> Vec<f32> {
+        let columns = (0..WIDTH * HEIGHT).map(|k| k % WIDTH);
+        columns.map(|x| if x < edge { -0.4 } else { 1.0 }).collect()
+    };
+    let with = |vergence| Scene {
+        vergence,
+        ..scene(&lens)
+    };
+    let mut deviates = NormalDeviates(11);
+    // Dots on one side, and hardly any detail on the other.
+    let sharp: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|k| {
+            let is_dot = k % WIDTH < 60 && deviates.unit() < 0.2;
+            if is_dot { 0.9 } else { 0.1 }
+        })
+        .collect();
+    let truth = edge_at(90);
+    let plate = blurred(&with(VergencePass::PerPixel(&truth)), &Scatter, &sharp, 0.0);
+    let pass = edge_at(91);
+    let found = sharpen(
+        &with(VergencePass::PerPixel(&pass)),
+        &plate,
+        Deconvolver::default(),
+    );
+    let window = RenderWindow {
+        column: 10,
+        row: 10,
+        width: 50,
+        height: HEIGHT - 20,
+    };
+    let psnr_db = |plane: &[f32]| psnr_db(&window.cut(WIDTH, plane), &window.cut(WIDTH, &sharp));
+    let (before, after) = (psnr_db(&plate), psnr_db(&found));
+    assert!(after > before + 6.0, "{before} before, {after} after");
+}
+
 #[test]
 fn result_is_the_same_on_any_number_of_threads() {
     let lens = lens(1.0);
