@@ -98,7 +98,7 @@ impl MixedPixels {
     }
 }
 
-/// What the plate shows without its foreground, and the plate with its small lights.
+/// The plate without its foreground, and the plate with its small lights.
 pub(super) struct CleanPlate<'a> {
     pub(super) background: &'a Background<'a>,
     pub(super) layers: &'a DepthLayers,

@@ -114,7 +114,7 @@ pub(super) fn shift(
     Ok(())
 }
 
-/// What the law of focus needs to know about a camera.
+/// The numbers of a camera that the law of focus uses.
 pub(super) struct FocusedCamera {
     focal_length_m: Option<f64>,
     f_number: Option<f64>,
