@@ -59,11 +59,14 @@ pub fn relens(
 
 impl PreparedPlate {
     /// Removes the blur of this plate's lens and applies that of `other`, the same plate prepared for another lens by
-    /// [`PreparedPlate::for_session`]. The plate keeps its grain.
+    /// [`PreparedPlate::for_session`]. The plate keeps its grain. It stays as it is if both lenses are the same.
     ///
     /// # Errors
     /// Those of [`PreparedPlate::remove`] and [`PreparedPlate::apply`].
     pub fn relens(&self, other: &Self, progress: &Progress) -> Result<Image> {
+        if self.session().is_same_as(other.session()) {
+            return self.to_image(self.planes().to_vec());
+        }
         let removed = self.remove(NoiseGain::Skip, &|share| progress(REMOVAL_SHARE * share))?;
         let planes = removed.apply_other(self, other, &|share| {
             progress(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)

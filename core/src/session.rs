@@ -5,6 +5,7 @@ use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
+use seidel_optics::profile::{LensProfile, Provenance};
 use seidel_optics::psf::{self, PsfModel};
 use seidel_render::{
     AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene,
@@ -79,6 +80,16 @@ impl LensSession {
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Returns whether `other` blurs every plate alike: it has the same settings and the same lens, wherever that comes from.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        let optics = |session: &Self| LensProfile {
+            held_out: None,
+            provenance: Provenance::default(),
+            ..session.lens.profile().clone()
+        };
+        self.settings == other.settings && optics(self) == optics(other)
     }
 
     /// Whether the plate stays as it is: the amount is zero.

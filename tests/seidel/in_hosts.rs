@@ -11,7 +11,8 @@ use seidel_ofx_host::runner::built_plugin;
 
 use crate::remove_lens_check;
 use crate::support::{
-    read_channel, succeeds, write_exr, write_moments_lens, write_plate, write_pupil_lens,
+    read_channel, succeeds, write_exr, write_moments_lens, write_nearly_equal_lens, write_plate,
+    write_pupil_lens,
 };
 
 pub(crate) const WIDTH: usize = 90;
@@ -245,7 +246,7 @@ fn looks_equal_the_command() {
         assert_ne!(host.samples, measured.samples, "{options}");
     }
     // Relens: the look is that of the lens whose blur is added.
-    std::fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
+    write_nearly_equal_lens(folder, "lens.json", "other.json");
     let other = folder.join("other.json").display().to_string();
     let relens = [
         ("mode", "Relens"),
@@ -356,7 +357,7 @@ fn remove_and_relens_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
-    std::fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
+    write_nearly_equal_lens(folder, "lens.json", "other.json");
     let sample = |shade: f32, k: usize| {
         let tile = (k % WIDTH / 20 + k / WIDTH / 15) % 2;
         shade * (0.4 + 0.3 * tile as f32 + 0.002 * (k % WIDTH) as f32)

@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{Outcome, read_channel, seidel_in, succeeds, write_exr, write_moments_lens};
+use crate::support::{
+    Outcome, read_channel, seidel_in, succeeds, write_exr, write_moments_lens,
+    write_nearly_equal_lens,
+};
 
 const WIDTH: usize = 200;
 const HEIGHT: usize = 170;
@@ -275,7 +278,7 @@ fn the_target_lens_of_relens_is_not_adjusted() {
     write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 0.7);
     // A lens of the same design: the images differ only by the error of the removal.
-    fs::copy(folder.join("lens.json"), folder.join("from.json")).expect("writable");
+    write_nearly_equal_lens(folder, "lens.json", "from.json");
     let sight = "--lens-scale 1 --distance 1.6";
     let line = format!("apply @truth.exr -o @want.exr --lens @lens.json {sight} --edges extend");
     succeeds(folder, &line);
@@ -365,4 +368,27 @@ fn the_c_abi_returns_the_share_that_the_command_uses() {
     };
     assert!((share - wanted).abs() < 0.005, "{share}, not {wanted}");
     assert_eq!(refused, SeidelStatus::Argument);
+}
+
+/// The check would find half the blur or less: the plate has none.
+#[test]
+fn relens_from_a_lens_to_itself_returns_the_plate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_moments_lens(folder, &["Y"]);
+    let sharp = image(1);
+    write_exr(
+        &folder.join("plate.exr"),
+        WIDTH,
+        HEIGHT,
+        &[("Y", sharp.clone())],
+    );
+    let line = "relens @plate.exr -o @same.exr --from @lens.json --to @lens.json --lens-scale 1 --distance 1.6";
+    let run = succeeds(folder, line);
+    assert!(
+        run.stderr.contains("both lenses are the same"),
+        "{}",
+        run.stderr
+    );
+    assert!(read_channel(&folder.join("same.exr"), "Y") == sharp);
 }

@@ -253,6 +253,27 @@ pub(crate) fn write_pupil_lens(folder: &Path, channels: &[&str]) {
     std::fs::write(folder.join("lens.json"), lens.to_json()).expect("the folder is writable");
 }
 
+/// Writes `folder`/`to`: the lens of `folder`/`from`, one number of its first channel changed by a millionth.
+pub(crate) fn write_nearly_equal_lens(folder: &Path, from: &str, to: &str) {
+    fn change(value: &mut serde_json::Value) -> bool {
+        match value {
+            serde_json::Value::Array(values) => values.iter_mut().any(change),
+            serde_json::Value::Object(values) => values.values_mut().any(change),
+            _ => match value.as_f64().filter(|number| *number != 0.0) {
+                Some(number) => {
+                    *value = serde_json::json!(number * 1.000_001);
+                    true
+                }
+                None => false,
+            },
+        }
+    }
+    let text = std::fs::read_to_string(folder.join(from)).expect("a lens");
+    let mut lens: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert!(change(&mut lens["channels"]), "a number");
+    std::fs::write(folder.join(to), lens.to_string()).expect("the folder is writable");
+}
+
 /// Writes an EXR file of 32-bit float channels.
 pub(crate) fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&str, Vec<f32>)]) {
     let list = channels

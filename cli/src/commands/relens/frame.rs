@@ -1,6 +1,8 @@
 //! One frame of a run: read, the blur of one lens replaced by that of another, written.
 
-use seidel_core::{NoiseGain, RemovedPlate};
+use std::sync::Arc;
+
+use seidel_core::{LensSession, NoiseGain, RemovedPlate};
 
 use crate::commands::CommandError;
 use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, PlateReader};
@@ -14,16 +16,15 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Renders the sharp image through the other lens, with the plate's own grain.
+    /// Renders the sharp image through the lens `to`, with the plate's own grain.
     fn apply_other(
         &self,
         index: usize,
         loaded: &LoadedPlate,
         removed: &RemovedPlate,
+        to: &Arc<LensSession>,
     ) -> Result<Vec<Vec<f32>>, CommandError> {
-        let number = self.removal.frame(index).number;
-        let lens = self.to.frame_lens(number, &mut Vec::new())?;
-        let other = loaded.prepared.for_session(&lens.session);
+        let other = loaded.prepared.for_session(to);
         let progress = |share| self.removal.show_render_progress(index, share);
         let planes =
             other.and_then(|other| removed.apply_other(&loaded.prepared, &other, &progress));
@@ -53,16 +54,22 @@ impl FrameWork for Job<'_> {
         mut loaded: LoadedPlate,
     ) -> Result<FinishedFrame, CommandError> {
         let mut plate = loaded.plate.clone();
+        let number = self.removal.frame(index).number;
+        let to = self.to.frame_lens(number, &mut Vec::new())?.session;
         if loaded.is_neutral() {
             loaded.put_unchanged(&mut plate)?;
             (loaded.warnings).push("at --amount 0 the plate stays as it is".into());
+        } else if loaded.lens.session.is_same_as(&to) {
+            // Whatever the check of the lens would find.
+            loaded.put_unchanged(&mut plate)?;
+            (loaded.warnings).push("both lenses are the same: the plate stays as it is".into());
         } else {
             let removed = self.removal.remove(index, &mut loaded, NoiseGain::Skip)?;
-            let planes = self.apply_other(index, &loaded, &removed)?;
+            let planes = self.apply_other(index, &loaded, &removed, &to)?;
             loaded.put_planes(&mut plate, planes)?;
         }
         let mut record = self.removal.reader.record(&loaded.lens, &loaded.plate)?;
-        record.extend(self.to.look_record(self.removal.frame(index).number)?);
+        record.extend(self.to.look_record(number)?);
         Ok(FinishedFrame {
             record,
             side_files: Vec::new(),
