@@ -260,9 +260,14 @@ fn no_light_that_a_plate_can_hold_overflows() {
 fn an_overflow_of_a_removal_is_refused_by_channel_and_pixel() {
     let plate = Plate::new(with_light(f32::MAX)).with_depth(at_metres(4.0));
     let settings = Settings::default();
+    let nearer = Controls {
+        focus_distance: Some(ObjectDistance::Metres(1.9)),
+        ..Controls::default()
+    };
+    let other = lens().with_controls(&nearer).expect("possible");
     for result in [
         remove(&lens(), &plate, &settings, &no_progress),
-        relens(&lens(), &lens(), &plate, &settings, &no_progress),
+        relens(&lens(), &other, &plate, &settings, &no_progress),
     ] {
         let refused = result.expect_err("an overflow");
         assert!(refused.place.starts_with("channel R, pixel ("), "{refused}");
