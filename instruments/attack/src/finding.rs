@@ -14,7 +14,7 @@ pub(crate) enum Kind {
     Memory,
     /// A result that differs from its input without a warning, or that is not finite.
     SilentChange,
-    /// A run twenty seconds slower than on the undamaged input.
+    /// A run ten seconds slower than on the undamaged input.
     Slow,
     /// A partial output after the end of a run.
     Leftover,

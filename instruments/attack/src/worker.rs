@@ -16,9 +16,8 @@ use crate::options::Options;
 use crate::rng::Rng;
 use crate::targets::{self, Attack, Target};
 
-/// Time that a damaged input may take over its undamaged twin. The removal of blur hundreds of pixels wide from a plate of 24 x 16 px takes
-/// 11 s alone, 16 s beside other work.
-pub(crate) const MAX_DELAY: Duration = Duration::from_secs(20);
+/// Time that a damaged input may take over its undamaged twin.
+pub(crate) const MAX_DELAY: Duration = Duration::from_secs(10);
 
 /// The text and place of the last panic.
 static LAST_PANIC: Mutex<String> = Mutex::new(String::new());

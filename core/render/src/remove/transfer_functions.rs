@@ -137,10 +137,11 @@ impl TransferFunctions {
         let reach = kernel_reach(scene, RenderWindow::whole(scene), kernels.vergence_per_m());
         let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
         let size = (scene.width, scene.height);
-        let mut side = tile_side(size, widest, purpose);
-        if purpose != Purpose::Local && side as f64 * change_per_px(scene)? > MAX_CHANGE {
-            side = tile_side(size, widest, Purpose::Local);
-        }
+        let [wide, local] =
+            [purpose, Purpose::Local].map(|purpose| tile_side(size, widest, purpose));
+        // The change costs 27 kernels to know.
+        let is_alike = wide == local || wide as f64 * change_per_px(scene)? <= MAX_CHANGE;
+        let side = if is_alike { wide } else { local };
         let fft = TileFft::new(side);
         let tiles = OverlappingTiles::new(size, side);
         let spectra = (tiles.tiles)
