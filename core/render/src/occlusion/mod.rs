@@ -357,6 +357,12 @@ impl LayeredRenderer<'_> {
             &transmittance,
             progress,
         )?;
+        if small_lights.pixel_count() > 0 {
+            // Lights are added to the composite. It is an average of samples, with its lights too.
+            for (out, plane) in rendered[..light_planes].iter_mut().zip(whole.planes) {
+                limit_to_brightest(out, plane.samples);
+            }
+        }
         Ok(Rendered {
             planes: rendered,
             statistics,
@@ -433,6 +439,13 @@ impl LayerBlur<'_> {
         blurred.statistics.add_part(&presence.statistics);
         Ok(blurred)
     }
+}
+
+/// Limits results to the brightest of `samples`.
+fn limit_to_brightest(out: &mut [f32], samples: &[f32]) {
+    let brightest = samples.par_iter().copied().reduce(|| 0.0, f32::max);
+    out.par_iter_mut()
+        .for_each(|value| *value = value.min(brightest));
 }
 
 /// Moves results outside the range of `samples` and black to its ends, where they are beyond it by no more than `overshoot` of the

@@ -264,8 +264,8 @@ fn least_light(planes: &[Plane], count: usize) -> Vec<f32> {
 
 /// Returns the highlights of a block that exceed the `least_light` of their planes, cell by cell.
 ///
-/// A pixel at the rim of a light holds a part of it and often has the depth of what lies behind: all that stands out belongs to the
-/// light, at the depth of its brightest pixel close by.
+/// A depth pass often gives the pixels at the rim of a light the depth of the surface behind it. All light that stands out has the
+/// depth of the brightest pixel close by.
 fn cells(
     block: &HighlightBlock,
     least_light: &[f32],

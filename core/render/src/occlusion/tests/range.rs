@@ -153,10 +153,8 @@ fn light_and_alpha_stay_within_their_range() {
             let [light, brightest, alpha, most] = ranges(&plate, renderer);
             let scene = format!("scene {seed}, {}", renderer.id());
             assert!(light >= 0.0, "{scene}: least light {light:e}");
-            // Small lights are added to the composite, not composited: they may be brighter by what lies behind them, an eighth of their
-            // light at most.
             assert!(
-                brightest <= 1.125,
+                brightest <= 1.0,
                 "{scene}: largest light {brightest} of the plate's"
             );
             assert!(alpha >= 0.0, "{scene}: least alpha {alpha:e}");
