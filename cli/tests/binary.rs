@@ -76,16 +76,14 @@ fn a_full_disk_is_an_error_that_leaves_no_file() {
 }
 
 #[cfg(target_os = "linux")]
-fn lens() -> seidel_core::profile::LensProfile {
-    use seidel_core::distance::ObjectDistance;
-    use seidel_core::optics::lens::MomentCoefficients;
-    use seidel_core::profile::{
-        LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance,
-    };
+fn lens() -> seidel_core::LensProfile {
+    use seidel_core::profile::{LensDescription, MomentsChannel, MomentsPlane, Provenance};
+    use seidel_core::{LensProfile, ObjectDistance};
+    use seidel_optics::lens::MomentCoefficients;
     LensProfile {
-        frame: seidel_core::field::Frame::new(128, 128, None).expect("valid"),
+        frame: seidel_core::Frame::new(128, 128, None).expect("valid"),
         pixel_pitch_um: None,
-        camera: seidel_core::camera::Camera::default(),
+        camera: seidel_core::Camera::default(),
         description: LensDescription::Moments(vec![MomentsChannel {
             name: "Y".into(),
             planes: vec![MomentsPlane {

@@ -1,6 +1,6 @@
 //! The gap between a lens and measured PSFs, and its causes.
 
-use seidel_calibrate::diagnose::{self, Diagnosis, Settings as DiagnosisSettings};
+use seidel_calibrate::diagnose::{self, Diagnosis, DiagnosisSettings};
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;

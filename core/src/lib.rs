@@ -35,18 +35,46 @@
 //! seidel-core = { path = "../seidel/core" }
 //! ```
 //!
+//! # Blur an image, and remove the blur
+//! Without a profile of one's own, a [`LibraryLens`] will do. A picture whose width over height is that of the lens's frame
+//! is scaled to it; [`Settings`] has focus, f-number, amount and quality. [`relens()`] replaces one lens by another.
+//!
+//! ```
+//! # fn main() -> seidel_core::Result<()> {
+//! use seidel_core::{
+//!     Depth, Image, Lens, LibraryLens, ObjectDistance, Plate, Settings, apply, no_progress, remove,
+//! };
+//!
+//! let lens = Lens::new(LibraryLens::by_name("modern-50")?.profile()?)?;
+//! let (width, height) = (96, 54);
+//! let checks = (0..width * height).flat_map(|i| [0.2 + 0.6 * ((i % width / 8 + i / width / 8) % 2) as f32; 3]);
+//! let image = Image::from_interleaved(width, height, 3, &checks.collect::<Vec<f32>>())?;
+//! let depth = Depth::Distance(ObjectDistance::metres(1.5)?); // the lens is focused on 3 m
+//! let sharp = Plate::new(image).with_depth(depth.clone());
+//!
+//! let blurred = apply(&lens, &sharp, &Settings::default(), &no_progress)?;
+//! let blurred = Plate::new(blurred).with_depth(depth);
+//! let restored = remove(&lens, &blurred, &Settings::default(), &no_progress)?;
+//! let error = |image: &Image| -> f32 {
+//!     let pairs = image.colours[1].iter().zip(&sharp.image.colours[1]);
+//!     pairs.map(|(a, b)| (a - b).powi(2)).sum()
+//! };
+//! assert!(error(&restored) < 0.1 * error(&blurred.image));
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! # From PSFs to a lens
-//! An [`ObservationSet`] holds the PSFs of one camera: a [`Tile`](tile::Tile) a channel for each
-//! [`Observation`](observations::Observation), at known positions of the [`Frame`](field::Frame). They are photographed
+//! An [`ObservationSet`] holds the PSFs of one camera: a [`Tile`] a channel for each [`Observation`], at known
+//! positions of the [`Frame`]. They are photographed
 //! points of light, or kernels of an optical design. [`Model::Moments`] is fitted in moments. The other models take seconds
 //! to minutes, follow the light ray by ray, and are needed by [`diagnose()`] and by new focus distances and apertures.
 //!
 //! ```
 //! # fn main() -> seidel_core::Result<()> {
-//! use seidel_core::field::Frame;
-//! use seidel_core::observations::Observation;
-//! use seidel_core::tile::Tile;
-//! use seidel_core::{FitSettings, ImagePoint, Lens, Model, ObjectDistance, ObservationSet, fit, no_progress};
+//! use seidel_core::{
+//!     FitSettings, Frame, ImagePoint, Lens, Model, ObjectDistance, Observation, ObservationSet, Tile, fit, no_progress,
+//! };
 //!
 //! // Gaussian PSFs at 9 x 5 positions, wider towards the corners.
 //! let frame = Frame::new(640, 360, None)?;
@@ -73,6 +101,38 @@
 //! # }
 //! ```
 //!
+//! # Diagnose a gap
+//! A lens that was measured months ago may have changed. [`diagnose()`] compares it with new PSFs, tries one cause after the
+//! other, and returns those that explain the gap, each with its probability and size, and a lens with them added.
+//!
+//! ```
+//! # fn main() -> seidel_core::Result<()> {
+//! use seidel_core::{
+//!     Controls, DiagnosisSettings, ImagePoint, Lens, LibraryLens, ObjectDistance, Observation, ObservationSet,
+//!     diagnose, no_progress,
+//! };
+//!
+//! // New PSFs at 6 x 4 positions; here those of the lens with its sensor shifted by 30 µm.
+//! let lens = Lens::new(LibraryLens::by_name("modern-50")?.profile()?)?;
+//! let shift = Controls { sensor_shift_um: Some(30.0), ..Controls::default() };
+//! let moved = lens.with_controls(&shift)?;
+//! let (frame, channels) = (lens.profile().frame, lens.predictor().channel_names());
+//! let mut set = ObservationSet::new(frame, channels.to_vec(), Vec::new());
+//! for k in 0..24 {
+//!     let x = f64::from(frame.width_px()) * (f64::from(k % 6) + 0.5) / 6.0;
+//!     let y = f64::from(frame.height_px()) * (f64::from(k / 6) + 0.5) / 4.0;
+//!     let (centre, distance) = (ImagePoint::new(x, y), ObjectDistance::metres(3.0)?);
+//!     let tiles = moved.psf_at(centre, distance, 33, None)?; // one of each channel
+//!     set.observations.push(Observation::new(format!("PSF {k}"), centre, distance, tiles));
+//! }
+//!
+//! let diagnosis = diagnose(&lens, &set, &DiagnosisSettings::default(), &no_progress)?;
+//! assert!(!diagnosis.added.is_empty(), "{:?}", diagnosis.verdict);
+//! assert!(diagnosis.gap.after < 0.1 * diagnosis.gap.before);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! # Files
 //! The crate opens no file. [`Lens::from_json`] and [`Lens::to_json`] take and return the text of the files that `seidel fit`
 //! writes. The crate `seidel-image-io`, in `cli/image-io`, reads observation sets, and plates of every format of the command.
@@ -83,8 +143,9 @@
 //! of the top-left pixel. Distances are metres along the optical axis from the entrance pupil, vergence is 1 / distance.
 //!
 //! # Packages
-//! The parts are packages of their own, re-exported here: [`optics`] (lens, effects, PSF models, profiles), [`render`]
-//! (renderers, occlusion, deconvolution), [`calibrate`] (fit, evaluation, diagnosis).
+//! The crate stands on packages that can be used by themselves: `seidel-optics` (lens model, effects, PSF models, profiles),
+//! `seidel-render` (renderers, occlusion, deconvolution), `seidel-calibrate` (fit, evaluation, diagnosis). `seidel-measure`
+//! measures PSFs in photographs.
 #![forbid(unsafe_code)]
 
 mod apply;
@@ -123,16 +184,6 @@ mod session;
 mod settings;
 mod undershoot;
 
-pub use seidel_calibrate as calibrate;
-pub use seidel_optics as optics;
-pub use seidel_render as render;
-
-pub use seidel_calibrate::{eval, measure, score};
-pub use seidel_optics::{
-    camera, distance, effects, error, field, library, moments, mosaic, numeric, observations,
-    predict, profile, psf, sensor, tile,
-};
-
 pub use apply::apply;
 pub use coc_scale::{COC_SCALE, CocColours, CocStop};
 pub use diagnose::diagnose;
@@ -161,21 +212,60 @@ pub use remove::remove;
 pub use removed::RemovedPlate;
 pub use rendering::Rendering;
 pub use result_store::ResultStore;
-pub use seidel_calibrate::diagnose::{Diagnosis, Settings as DiagnosisSettings, Verdict};
-pub use seidel_calibrate::fit::{Fit, FitSettings, Model, fit};
+pub use seidel_calibrate::diagnose::{Diagnosis, DiagnosisSettings, Verdict};
+pub use seidel_calibrate::eval::{EvalSettings, Evaluation, evaluate};
+pub use seidel_calibrate::fit::{AxisChoice, Fit, FitSettings, Model, fit};
+pub use seidel_optics::camera::Camera;
 pub use seidel_optics::distance::ObjectDistance;
-pub use seidel_optics::error::{Error, ErrorKind, Fault, Result};
-pub use seidel_optics::field::ImagePoint;
+pub use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 pub use seidel_optics::lens::AperturePicture;
-pub use seidel_optics::observations::ObservationSet;
+pub use seidel_optics::library::LibraryLens;
+pub use seidel_optics::moments::CentralMoments;
+pub use seidel_optics::mosaic::Mosaic;
+pub use seidel_optics::observations::{Measurement, Observation, ObservationSet};
+pub use seidel_optics::predict::Predictor;
 pub use seidel_optics::profile::{Blades, Controls, LensProfile, Look, LookRange};
-pub use seidel_optics::{Progress, no_progress};
-pub use seidel_render::remove::Saturation;
-pub use seidel_render::{Bloom, BlurMap, DepthConvention, Displacement, FocusControls};
+pub use seidel_optics::psf::LocalBlur;
+pub use seidel_optics::tile::Tile;
+pub use seidel_optics::{BlurField, Error, ErrorKind, Fault, Progress, Result, no_progress};
+pub use seidel_render::remove::{Canvas, KeptBlurReason, Saturation, SharpPlane};
+pub use seidel_render::{
+    Bloom, BlurMap, DepthConvention, DepthFinding, DepthProblem, DepthReading, DepthSlice,
+    Displacement, FocusControls, FocusSide, LocalKernel, RenderWindow, Severity,
+};
 pub use session::LensSession;
 pub use settings::{
     ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,
 };
+
+/// The parts of a [`Diagnosis`], and pairs of pictures that it is made from.
+pub mod diagnosis {
+    pub use seidel_calibrate::diagnose::{
+        Capture, Cause, Example, Gap, ModelShare, Order, OwnGapSource, Pair, PairEstimate,
+        PairGeometry, PairImage, PairSettings, Place, PlacedPictures, Quantisation, Shape, Shares,
+        StoredCurve, TileGap, TileResponse, Zone,
+    };
+}
+
+/// The parts of an [`Evaluation`].
+pub mod evaluation {
+    pub use seidel_calibrate::eval::{
+        GroupEvaluation, ShapePrediction, ShapeRow, SparseSettings, SplitMean,
+    };
+}
+
+/// The parts of a [`Fit`].
+pub mod fitting {
+    pub use seidel_calibrate::fit::{MomentsFit, PupilFit, PupilModel, PupilSettings, Weighting};
+}
+
+/// The parts of a [`LensProfile`].
+pub mod profile {
+    pub use seidel_optics::profile::{
+        Adequacy, HeldOut, LensDescription, MomentsChannel, MomentsPlane, ProfileEffect,
+        Provenance, PupilChannel, Verdict,
+    };
+}
 
 /// The Rust code of the README, compiled as a test.
 #[cfg(doctest)]

@@ -1,8 +1,7 @@
 //! The gap between a lens and PSFs estimated from a pair of pictures.
 
 use seidel_calibrate::diagnose::{
-    self, Diagnosis, PairEstimate, PairImage, PairSettings, Settings as DiagnosisSettings,
-    estimate_pair,
+    self, Diagnosis, DiagnosisSettings, PairEstimate, PairImage, PairSettings, estimate_pair,
 };
 use seidel_optics::error::{ErrorKind, Result};
 use seidel_optics::field::ImagePoint;

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use seidel_core::render::RenderWindow;
 use seidel_core::{
     AlphaKind, ChannelScale, Controls, Depth, DepthPass, ErrorKind, Image, Lens, LensSession,
-    Margins, ObjectDistance, Plate, Quality, Settings, apply, match_colours, no_progress, relens,
-    remove,
+    Margins, ObjectDistance, Plate, Quality, RenderWindow, Settings, apply, match_colours,
+    no_progress, relens, remove,
 };
 
 const WIDTH: usize = 96;

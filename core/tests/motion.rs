@@ -1,8 +1,8 @@
 //! Shots in motion: what does not move stays still, and focus moves as smoothly as with exact kernels.
 
 use seidel_core::{
-    Controls, Depth, DepthPass, Image, Lens, LensSession, ObjectDistance, Plate, Quality, Settings,
-    apply, no_progress, render::RenderWindow,
+    Controls, Depth, DepthPass, Image, Lens, LensSession, ObjectDistance, Plate, Quality,
+    RenderWindow, Settings, apply, no_progress,
 };
 use std::sync::Arc;
 

@@ -1,7 +1,6 @@
 //! Findings in a depth pass as messages that speak of knobs.
 
-use seidel_core::DepthConvention;
-use seidel_core::render::{DepthFinding, DepthProblem, Severity};
+use seidel_core::{DepthConvention, DepthFinding, DepthProblem, Severity};
 
 /// Returns the warnings among `findings` in a depth input `width` pixels wide, read by `convention`.
 pub(crate) fn warnings(

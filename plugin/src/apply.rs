@@ -1,7 +1,6 @@
 //! Applying the blur of a lens to a plate, or to a part of it.
 
-use seidel_core::render::RenderWindow;
-use seidel_core::{Image, PreparedPlate, Progress};
+use seidel_core::{Image, PreparedPlate, Progress, RenderWindow};
 
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;

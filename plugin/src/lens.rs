@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use seidel_core::{Lens, library, psf};
+use seidel_core::{Lens, LibraryLens};
+use seidel_optics::psf;
 
 use crate::guard::guard;
 use crate::handles::{self, SeidelLens};
@@ -101,7 +102,7 @@ fn parse_profile(json: &[u8], source: &str) -> Result<Lens> {
 /// Reads a lens profile from a file, or the lens of the library that `path` names where there is no such file.
 fn read_profile(path: &str) -> Result<Lens> {
     if !Path::new(path).exists()
-        && let Some(found) = library::by_reference(path)
+        && let Some(found) = LibraryLens::by_reference(path)
     {
         let unknown =
             |e: seidel_core::Error| profile_error(path, format!("{}; {}", e.problem, e.remedy));

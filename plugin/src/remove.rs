@@ -1,7 +1,6 @@
 //! Removing the blur of a lens from a plate.
 
-use seidel_core::render::remove::Canvas;
-use seidel_core::{Image, NoiseGain, PreparedPlate, Progress, RemovedPlate};
+use seidel_core::{Canvas, Image, NoiseGain, PreparedPlate, Progress, RemovedPlate};
 
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;

@@ -1,7 +1,7 @@
 //! Diagnosis of the gap between a lens and PSFs estimated from a pair of pictures.
 
 use pyo3::prelude::*;
-use seidel_core::calibrate::diagnose::{PairGeometry, PairImage, PairSettings};
+use seidel_core::diagnosis::{PairGeometry, PairImage, PairSettings};
 use seidel_core::{DiagnosisSettings, ImagePoint, PicturePair};
 
 use crate::array::ArrayPlanes;

@@ -1,8 +1,7 @@
 //! Fits of lenses to observation sets.
 
 use pyo3::prelude::*;
-use seidel_core::calibrate::fit::AxisChoice;
-use seidel_core::{FitSettings, ImagePoint, Model};
+use seidel_core::{AxisChoice, FitSettings, ImagePoint, Model};
 
 use crate::error::{Failure, Result, warn};
 use crate::lens::Lens;

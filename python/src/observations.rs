@@ -3,11 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use seidel_core::field::Frame;
-use seidel_core::observations::Observation;
-use seidel_core::tile::Tile;
-use seidel_core::{ImagePoint, ObjectDistance};
-use seidel_image_io::observation_set::{self as manifest, ReadOptions};
+use seidel_core::{Frame, ImagePoint, ObjectDistance, Observation, Tile};
+use seidel_image_io::observation_set::{ReadOptions, self as manifest};
 
 use crate::array::ArrayPlanes;
 use crate::depth::object_distance;

@@ -1,9 +1,7 @@
 //! Plates: an image array, its depth, and what belongs to them.
 
 use pyo3::prelude::*;
-use seidel_core::{
-    AlphaKind, Background, Depth, HoldoutMatte, Image, Plate, PlateGeometry, Rectangle,
-};
+use seidel_core::{AlphaKind, Background, Depth, HoldoutMatte, Image, Plate, PlateGeometry, Rectangle};
 
 use crate::array::{ArrayLayout, ArrayPlanes};
 use crate::depth;

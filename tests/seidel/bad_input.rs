@@ -251,10 +251,8 @@ fn depth_passes_that_do_not_fit() {
     );
     refused(
         |folder| {
-            let set = crate::support::generated_set(
-                &["Y"],
-                &[seidel_core::distance::ObjectDistance::Metres(2.0)],
-            );
+            let set =
+                crate::support::generated_set(&["Y"], &[seidel_core::ObjectDistance::Metres(2.0)]);
             seidel_image_io::observation_set::write(&set, &folder.join("one")).expect("writable");
             assert_eq!(
                 seidel_in(folder, "fit @one -o @lens.json --model moments").status,

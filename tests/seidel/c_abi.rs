@@ -216,10 +216,10 @@ fn remove_and_relens_give_the_same_samples() {
     write_pupil_lens(folder, &["R", "G", "B"]);
     // A second lens, with the defocus of one channel in all of them.
     let text = std::fs::read_to_string(folder.join("other.json")).expect("readable");
-    let mut lens = seidel_core::profile::LensProfile::from_json(&text).expect("a lens");
+    let mut lens = seidel_core::LensProfile::from_json(&text).expect("a lens");
     if let seidel_core::profile::LensDescription::Pupil(channels) = &mut lens.description {
         for channel in channels {
-            channel.alpha = seidel_core::optics::lens::VergenceSeries::new(vec![6.0, 3.0]);
+            channel.alpha = seidel_optics::lens::VergenceSeries::new(vec![6.0, 3.0]);
         }
     }
     std::fs::write(folder.join("other.json"), lens.to_json()).expect("writable");

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use seidel_core::moments::pixels::TileMoments;
-use seidel_core::observations::ObservationSet;
+use seidel_core::ObservationSet;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
+use seidel_optics::moments::pixels::TileMoments;
 
 use crate::support::{
     read_channel, real_data, seidel_in, succeeds, write_generated_set, write_moments_lens,

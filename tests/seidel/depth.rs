@@ -2,11 +2,11 @@
 
 use crate::depth_scenes::{self, DepthScene};
 use crate::pinholes::{self, HEIGHT, ThinLens, WIDTH};
-use seidel_core::field::ImagePoint;
-use seidel_core::psf::Pupil;
-use seidel_core::render::{
-    Background, Displacement, Edges, LayeredRenderer, Occlusion, Plane, PlateMap, Renderer,
-    Scatter, Scene, VergencePass,
+use seidel_core::{Displacement, ImagePoint};
+use seidel_optics::psf::Pupil;
+use seidel_render::{
+    Background, Edges, LayeredRenderer, Occlusion, Plane, PlateMap, Renderer, Scatter, Scene,
+    VergencePass,
 };
 
 /// Width of the border that is not compared, because its pixels depend on the scene outside the frame.

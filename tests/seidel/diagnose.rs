@@ -3,13 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use seidel_core::calibrate::diagnose::{PairImage, PairSettings, estimate_pair};
-use seidel_core::distance::ObjectDistance;
-use seidel_core::effects;
-use seidel_core::no_progress;
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
-use seidel_core::psf::Pupil;
+use seidel_calibrate::diagnose::estimate_pair;
+use seidel_core::diagnosis::{PairImage, PairSettings};
+use seidel_core::{LensProfile, ObjectDistance, Predictor, no_progress};
+use seidel_optics::effects;
+use seidel_optics::predict::predict_set;
+use seidel_optics::psf::Pupil;
 
 use crate::support::{
     must_refuse, read_channel, seidel_in, succeeds, write_exr, write_generated_set,

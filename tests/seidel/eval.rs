@@ -169,10 +169,7 @@ fn compare(r: &Reference, document: &Value) {
         })
         .unwrap_or_else(|| panic!("{} {} {} m", r.set, r.channel, r.depth_m));
     let place = format!("{} {} {} m", r.set, r.channel, r.depth_m);
-    for (moment, name) in seidel_core::moments::CentralMoments::NAMES
-        .iter()
-        .enumerate()
-    {
+    for (moment, name) in seidel_core::CentralMoments::NAMES.iter().enumerate() {
         let cell = &group["variance_explained"][name];
         for (want, key) in r.explained[moment]
             .iter()

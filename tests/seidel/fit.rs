@@ -1,9 +1,6 @@
 //! `seidel fit` on generated sets: the true lens is recovered, and the report is complete.
 
-use seidel_core::field::FieldPoint;
-use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
-use seidel_core::render::BlurField;
+use seidel_core::{BlurField, FieldPoint, LensProfile, Predictor};
 
 use crate::support::{
     seidel_in, succeeds, true_alpha, true_numbers, write_generated_set, write_moments_lens,
@@ -46,7 +43,7 @@ fn the_true_lens_is_recovered_in_every_channel_and_plane() {
 
 #[test]
 fn sets_of_single_distances_fit_like_one_set_of_all() {
-    use seidel_core::distance::ObjectDistance;
+    use seidel_core::ObjectDistance;
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
     for (name, distance) in [
@@ -72,8 +69,7 @@ fn sets_of_single_distances_fit_like_one_set_of_all() {
 #[test]
 fn the_report_is_text_or_json_and_mentions_a_single_distance() {
     let folder = tempfile::tempdir().expect("a folder");
-    let set =
-        crate::support::generated_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
+    let set = crate::support::generated_set(&["Y"], &[seidel_core::ObjectDistance::Unknown]);
     seidel_image_io::observation_set::write(&set, &folder.path().join("set")).expect("writable");
     let text = succeeds(
         folder.path(),

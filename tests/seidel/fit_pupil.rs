@@ -2,11 +2,9 @@
 
 use std::path::Path;
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
-use seidel_core::psf::Pupil;
-use seidel_core::tile::Tile;
+use seidel_core::{LensProfile, ObjectDistance, Predictor, Tile};
+use seidel_optics::predict::predict_set;
+use seidel_optics::psf::Pupil;
 use serde_json::Value;
 
 use crate::support::{generated_set, seidel_in, succeeds, write_exr, write_pupil_lens};

@@ -4,13 +4,15 @@
 use std::fs;
 use std::path::Path;
 
-use seidel_core::calibrate::diagnose::{Diagnosis, Settings, Verdict, diagnose};
-use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
-use seidel_core::effects;
-use seidel_core::no_progress;
-use seidel_core::observations::ObservationSet;
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::{LensProfile, Provenance};
+use seidel_calibrate::diagnose::diagnose;
+use seidel_calibrate::fit::fit_pupil;
+use seidel_core::fitting::{PupilModel, PupilSettings};
+use seidel_core::profile::Provenance;
+use seidel_core::{
+    Diagnosis, DiagnosisSettings, LensProfile, ObservationSet, Predictor, Verdict, no_progress,
+};
+use seidel_optics::effects;
+use seidel_optics::predict::predict_set;
 use seidel_trial::{Conditions, Kind, Recipe, Simulator, Size};
 use serde_json::Value;
 
@@ -26,10 +28,10 @@ const SIZE: Size = Size {
 
 /// Diagnoses with the effects of `library`, all where it is empty.
 fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Diagnosis {
-    let settings = Settings {
+    let settings = DiagnosisSettings {
         pairs: false,
         library: library.iter().map(|id| (*id).to_owned()).collect(),
-        ..Settings::default()
+        ..DiagnosisSettings::default()
     };
     diagnose(lens, real, &settings, &no_progress).expect("a sound set")
 }
@@ -164,10 +166,10 @@ fn a_model_that_is_too_simple_is_to_blame() {
         },
         ..lens
     };
-    let settings = Settings::default();
+    let settings = DiagnosisSettings::default();
     let error = diagnose(&all, &case.real, &settings, &no_progress).expect_err("no own gap");
     assert!(error.to_string().contains("give the set"), "{error}");
-    let settings = Settings {
+    let settings = DiagnosisSettings {
         library: vec!["defocus_offset".to_owned(), "motion".to_owned()],
         pairs: false,
         design: Some(case.real.clone()),

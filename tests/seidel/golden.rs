@@ -1,15 +1,15 @@
 //! Reference values of the mathematics, computed to 50 digits: 12 lenses at 5 image points each.
 
-use seidel_core::field::{FieldPoint, Meridian};
-use seidel_core::moments::pixels::pixel_power;
-use seidel_core::moments::{CentralMoments, MeridionalMoments};
-use seidel_core::optics::lens::{
+use seidel_core::{CentralMoments, FieldPoint, LocalBlur};
+use seidel_optics::field::Meridian;
+use seidel_optics::lens::{
     ConjugateShift, Conjugates, DepthLaw, DepthPlane, FourthCoefficients, LocalPupil,
     MomentCoefficients, ReducedNumbers, SeidelAberrations, ThickLens, Wavefront,
 };
-use seidel_core::psf::{
-    LocalBlur, Mixture, MomentPsf, PaperParameters, SkewNormal, SkewNormalDensity, best_skew,
-    meridional_skew,
+use seidel_optics::moments::MeridionalMoments;
+use seidel_optics::moments::pixels::pixel_power;
+use seidel_optics::psf::{
+    Mixture, MomentPsf, PaperParameters, SkewNormal, SkewNormalDensity, best_skew, meridional_skew,
 };
 use serde_json::Value;
 
@@ -148,10 +148,9 @@ fn moment_coefficients_in_every_frame() {
         ] {
             let want: [f64; 10] = numbers(&case.json[key]);
             // Each is scaled by its contribution at the edge of the field.
-            let weight = |k: usize| (field / unit).powi(seidel_core::optics::lens::BASIS_DEGREE[k]);
+            let weight = |k: usize| (field / unit).powi(seidel_optics::lens::BASIS_DEGREE[k]);
             for order in [2, 3] {
-                let of_order =
-                    (0..10).filter(|&k| seidel_core::optics::lens::MOMENT_ORDER[k] == order);
+                let of_order = (0..10).filter(|&k| seidel_optics::lens::MOMENT_ORDER[k] == order);
                 let scale = of_order
                     .clone()
                     .map(|k| (want[k] * weight(k)).abs())
@@ -457,7 +456,7 @@ fn a_skew_normal_density_has_its_moments() {
             }
         }
     }
-    let phi = seidel_core::psf::PHI;
+    let phi = seidel_optics::psf::PHI;
     for (p, q, want) in [
         (0, 0, 1.0),
         (1, 0, 0.0),

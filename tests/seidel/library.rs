@@ -1,8 +1,6 @@
 //! The lens library: listed, described, drawn, and taken by every command that takes a lens.
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::Frame;
-use seidel_core::observations::ObservationSet;
+use seidel_core::{Frame, ObjectDistance, ObservationSet};
 use serde_json::Value;
 
 use crate::support::{
@@ -87,6 +85,11 @@ fn commands_take_lenses_of_the_library() {
         "psf --lens library:modern-50 --like @set --out @predicted",
     );
     succeeds(folder, "eval --lens library:modern-50 @predicted");
+    // All effects are tried, except the blades that the lens has already.
+    let line = "diagnose --lens library:modern-50 @predicted --out @diagnosis";
+    succeeds(folder, line);
+    let report = std::fs::read_to_string(folder.join("diagnosis/report.json")).expect("a report");
+    assert!(report.contains("were not tried: iris blades"), "{report}");
     assert!(folder.join("changed.exr").exists() && folder.join("predicted/manifest.json").exists());
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seidel_core::numeric::SplitMix64;
+use seidel_optics::numeric::SplitMix64;
 use serde_json::Value;
 
 use crate::support::{must_refuse, real_data, seidel_in, succeeds};

@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::numeric::SplitMix64;
-use seidel_core::observations::ObservationSet;
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::{LensDescription, LensProfile};
-use seidel_core::psf::Pupil;
+use seidel_core::profile::LensDescription;
+use seidel_core::{LensProfile, ObjectDistance, ObservationSet, Predictor};
+use seidel_optics::numeric::SplitMix64;
+use seidel_optics::predict::predict_set;
+use seidel_optics::psf::Pupil;
 use serde_json::Value;
 
 use crate::support::{

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use seidel_core::field::ImagePoint;
-use seidel_core::numeric::SplitMix64;
-use seidel_core::profile::LensProfile;
-use seidel_core::psf::normal_cdf;
+use seidel_core::{ImagePoint, LensProfile};
+use seidel_optics::numeric::SplitMix64;
+use seidel_optics::psf::normal_cdf;
 
 use crate::measure_lights::{BLACK, GAIN, PATTERN, WHITE, dng, json};
 use crate::support::{must_refuse, succeeds};

@@ -11,10 +11,9 @@
 //! pinhole's ray meets them is solved in closed form.
 
 use rayon_free::rows;
-use seidel_core::field::{FieldPoint, Frame};
-use seidel_core::optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
-use seidel_core::psf::LocalBlur;
-use seidel_core::render::{BlurField, DisplacedBlur};
+use seidel_core::{BlurField, FieldPoint, Frame, LocalBlur};
+use seidel_optics::DisplacedBlur;
+use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
 
 /// A thin lens before a sensor.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! `seidel psf`: predicted sets have the places of the observed sets, and similar PSFs.
 
-use seidel_core::moments::pixels::TileMoments;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
+use seidel_optics::moments::pixels::TileMoments;
 
 use crate::support::{seidel_in, succeeds, write_moments_lens};
 

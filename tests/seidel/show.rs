@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use seidel_core::optics::BlurField;
-use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
+use seidel_core::{BlurField, LensProfile, Predictor};
 
 use crate::support::{
     must_refuse, read_channel, seidel_in, succeeds, write_exr, write_plate, write_pupil_lens,

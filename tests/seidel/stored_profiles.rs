@@ -1,7 +1,6 @@
 //! Lens profiles as each version of the format was written: they are read, and mean what they meant.
 
-use seidel_core::field::ImagePoint;
-use seidel_core::{Lens, ObjectDistance};
+use seidel_core::{ImagePoint, Lens, ObjectDistance};
 
 /// A stored profile with the variances (x, y) of its blur, px², at each of [`PLACES`] for objects at infinity and at 3 m.
 struct Stored {

@@ -5,15 +5,14 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use exr::prelude::*;
-use seidel_core::camera::Camera;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::{FieldPoint, Frame, ImagePoint};
-use seidel_core::moments::pixels::PIXEL_VARIANCE_PX2;
-use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::optics::lens::{ReducedNumbers, VergenceSeries};
-use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
-use seidel_core::psf::{LocalBlur, MirroredPair, PsfModel, SampleGrid};
-use seidel_core::tile::Tile;
+use seidel_core::profile::{LensDescription, Provenance, PupilChannel};
+use seidel_core::{
+    Camera, FieldPoint, Frame, ImagePoint, LensProfile, LocalBlur, ObjectDistance, Observation,
+    ObservationSet, Tile,
+};
+use seidel_optics::lens::{ReducedNumbers, VergenceSeries};
+use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
+use seidel_optics::psf::{MirroredPair, PsfModel, SampleGrid};
 
 /// The result of a command.
 pub(crate) struct Outcome {

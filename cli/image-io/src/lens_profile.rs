@@ -47,7 +47,7 @@ fn resolved(path: &Path) -> Cow<'_, Path> {
 fn own_file(path: &Path, folder: &Path) -> Option<PathBuf> {
     let reference = path.to_str().filter(|_| !path.exists())?;
     let file = folder.join(library::file_name(reference)?);
-    let of_library = library::by_reference(reference).is_some_and(|found| found.is_ok());
+    let of_library = LibraryLens::by_reference(reference).is_some_and(|found| found.is_ok());
     (file.is_file() && !of_library).then_some(file)
 }
 
@@ -82,7 +82,7 @@ fn names_in(folder: &Path) -> Result<Vec<String>> {
 pub fn of_library(path: &Path) -> Result<Option<&'static LibraryLens>> {
     let reference = path.to_str().filter(|_| !path.exists());
     let reference = reference.filter(|_| matches!(resolved(path), Cow::Borrowed(_)));
-    let found = reference.and_then(library::by_reference).transpose();
+    let found = reference.and_then(LibraryLens::by_reference).transpose();
     // The place of the error is the reference itself.
     found.map_err(|e| FileError::new(path, "", e.problem, e.remedy))
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use seidel_core::observations::ObservationSet;
+use seidel_core::ObservationSet;
 
 use super::CommandError;
 use seidel_image_io::error::FileError;

@@ -8,13 +8,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
-use seidel_core::field::FieldPoint;
-use seidel_core::optics::BlurField;
-use seidel_core::predict::Predictor;
+use seidel_calibrate::fit::fit_pupil;
+use seidel_core::fitting::{PupilModel, PupilSettings};
 use seidel_core::{
-    Depth, DepthPass, Diagnosis, DiagnosisSettings, Image, Lens, ObjectDistance, ObservationSet,
-    Plate, Quality, Settings, apply,
+    BlurField, Depth, DepthPass, Diagnosis, DiagnosisSettings, FieldPoint, Image, Lens,
+    ObjectDistance, ObservationSet, Plate, Predictor, Quality, Settings, apply,
 };
 use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
 use seidel_image_io::error::FileError;

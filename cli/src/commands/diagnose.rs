@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{Diagnosis, PlacedPictures, Settings, diagnose};
-use seidel_core::effects;
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::{LensDescription, LensProfile};
-use seidel_core::{Lens, ObjectDistance};
+use seidel_calibrate::diagnose::diagnose;
+use seidel_core::diagnosis::PlacedPictures;
+use seidel_core::profile::LensDescription;
+use seidel_core::{
+    Diagnosis, DiagnosisSettings, Lens, LensProfile, ObjectDistance, ObservationSet,
+};
+use seidel_optics::effects;
 
 use super::{CommandError, parse_distance, short_name, thread_pool};
 use crate::Console;
@@ -151,11 +153,11 @@ impl DiagnoseArgs {
         pool: &ThreadPool,
         console: &mut Console,
     ) -> Result<Comparison, CommandError> {
-        let settings = Settings {
+        let settings = DiagnosisSettings {
             library: self.only.clone(),
             pairs: !self.no_pairs,
             design,
-            ..Settings::default()
+            ..DiagnosisSettings::default()
         };
         let (Some(sharp), Some(blurred)) = (&self.pair.reference, &self.pair.observed) else {
             let source = self.read_source(lens, lens_path, console)?;

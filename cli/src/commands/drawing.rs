@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use clap::Args;
-use seidel_core::profile::LensProfile;
-use seidel_core::psf::{self, PsfModel};
-use seidel_core::{Lens, Settings};
+use seidel_core::{Lens, LensProfile, Settings};
+use seidel_optics::psf;
+use seidel_optics::psf::PsfModel;
 
 use super::CommandError;
 use super::knobs::LensKnobs;

@@ -5,8 +5,10 @@ mod report;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
-use seidel_core::score::TestImage;
+use seidel_calibrate::eval::shapes;
+use seidel_calibrate::score::TestImage;
+use seidel_core::evaluation::SparseSettings;
+use seidel_core::{EvalSettings, evaluate};
 
 use super::choice::ChoiceArgs;
 use super::picture::read_image;

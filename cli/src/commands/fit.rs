@@ -6,10 +6,9 @@ mod pupil;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::calibrate::fit::{self, AxisChoice, Fit, FitSettings};
-use seidel_core::measure::Rejection;
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::LensProfile;
+use seidel_calibrate::fit;
+use seidel_calibrate::measure::Rejection;
+use seidel_core::{AxisChoice, Fit, FitSettings, LensProfile, ObservationSet};
 use serde_json::{Value, json};
 
 use super::choice::ChoiceArgs;

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use seidel_core::library::{self, LibraryLens};
-use seidel_core::profile::schema;
+use seidel_core::LibraryLens;
+use seidel_optics::library::{self};
+use seidel_optics::profile::schema;
 
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
@@ -99,7 +100,7 @@ fn list(args: &ListArgs, console: &mut Console) -> Result<(), CommandError> {
 fn with_prefix(lens: &Path) -> PathBuf {
     let name = lens.to_str().unwrap_or_default();
     let is_own = || lens_profile::own_names().is_ok_and(|own| own.iter().any(|one| one == name));
-    if !lens.exists() && (library::by_name(name).is_ok() || is_own()) {
+    if !lens.exists() && (LibraryLens::by_name(name).is_ok() || is_own()) {
         return PathBuf::from(format!("{}{name}", library::PREFIX));
     }
     lens.to_path_buf()

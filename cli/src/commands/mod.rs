@@ -34,8 +34,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::ImagePoint;
+use seidel_core::{ImagePoint, ObjectDistance};
 
 use crate::Console;
 use crate::progress::ProgressForm;

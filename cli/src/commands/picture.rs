@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seidel_core::score::TestImage;
+use seidel_calibrate::score::TestImage;
 
 use super::CommandError;
 use seidel_image_io::error::FileError;

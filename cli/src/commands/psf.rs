@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use seidel_core::predict::predict_set;
+use seidel_optics::predict::predict_set;
 
 use super::CommandError;
 use super::drawing::DrawingArgs;

@@ -4,8 +4,7 @@ mod kept_blur;
 mod lens_check;
 
 use clap::Args;
-use seidel_core::render::remove::SharpPlane;
-use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_bytes};
+use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, SharpPlane, remove_bytes};
 
 use super::plates::{FrameFiles, LoadedPlate, PlateReader, Run};
 use super::{CommandError, knobs};

@@ -1,8 +1,8 @@
 //! Options about the moments of tiles, for fits and evaluations.
 
 use clap::Args;
-use seidel_core::calibrate::fit::Weighting;
-use seidel_core::moments::support::Support;
+use seidel_core::fitting::Weighting;
+use seidel_optics::moments::support::Support;
 
 /// Options about the moments of tiles.
 #[derive(Debug, Args)]

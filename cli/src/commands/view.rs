@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use seidel_core::library::LibraryLens;
-use seidel_core::predict::predict_set;
+use seidel_core::LibraryLens;
+use seidel_optics::predict::predict_set;
 
 use super::drawing::{Drawing, DrawingArgs};
 use super::{CommandError, short_name, write_text};

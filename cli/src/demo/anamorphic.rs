@@ -4,13 +4,10 @@
 //! along x, so a defocused disc is a quarter as wide as it is high on the sensor, and half as wide on the desqueezed plate.
 //! The terms of the double-plane wavefront are those of docs/background/model.md section 12.
 
-use seidel_core::Result;
-use seidel_core::camera::Camera;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::effects::{DoublePlane, Effect};
-use seidel_core::field::Frame;
-use seidel_core::optics::lens::VergenceSeries;
-use seidel_core::profile::{LensProfile, ProfileEffect, PupilChannel};
+use seidel_core::profile::{ProfileEffect, PupilChannel};
+use seidel_core::{Camera, Frame, LensProfile, ObjectDistance, Result};
+use seidel_optics::effects::{DoublePlane, Effect};
+use seidel_optics::lens::VergenceSeries;
 
 use super::lens::{
     CHANNELS, DESIGN_WIDTH_PX, FOCAL_LENGTH_MM, FOCUS_M, channel_without_aberrations,
@@ -90,9 +87,7 @@ fn two_planes(slope: f64, scale: f64) -> ProfileEffect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seidel_core::field::FieldPoint;
-    use seidel_core::optics::BlurField;
-    use seidel_core::predict::Predictor;
+    use seidel_core::{BlurField, FieldPoint, Predictor};
 
     #[test]
     fn discs_are_a_quarter_as_wide_as_high_on_the_sensor() {

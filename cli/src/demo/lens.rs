@@ -7,12 +7,9 @@
 
 use std::collections::BTreeMap;
 
-use seidel_core::Result;
-use seidel_core::camera::Camera;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::Frame;
-use seidel_core::optics::lens::VergenceSeries;
-use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
+use seidel_core::profile::{LensDescription, Provenance, PupilChannel};
+use seidel_core::{Camera, Frame, LensProfile, ObjectDistance, Result};
+use seidel_optics::lens::VergenceSeries;
 
 /// Focal length, mm.
 pub const FOCAL_LENGTH_MM: f64 = 50.0;
@@ -147,9 +144,7 @@ pub(super) fn channel_without_aberrations(name: &str) -> PupilChannel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seidel_core::field::FieldPoint;
-    use seidel_core::predict::Predictor;
-    use seidel_core::render::BlurField;
+    use seidel_core::{BlurField, FieldPoint, Predictor};
 
     #[test]
     fn blur_variances_are_positive_everywhere() {

@@ -1,13 +1,10 @@
 //! PSFs of the built-in lens with noise, as if points of light had been photographed.
 
-use seidel_core::Result;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::ImagePoint;
-use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
-use seidel_core::render::BlurField;
-use seidel_core::tile::Tile;
+use seidel_core::{
+    BlurField, ImagePoint, LensProfile, ObjectDistance, Observation, ObservationSet, Predictor,
+    Result, Tile,
+};
+use seidel_optics::predict::predict_set;
 
 use super::noise::normal;
 

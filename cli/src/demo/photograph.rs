@@ -1,10 +1,7 @@
 //! Raw photographs of point lights through the built-in lens.
 
-use seidel_core::Result;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::observations::ObservationSet;
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
+use seidel_core::{LensProfile, ObjectDistance, ObservationSet, Predictor, Result};
+use seidel_optics::predict::predict_set;
 
 use super::noise::normal;
 use super::observations::blank;

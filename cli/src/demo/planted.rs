@@ -1,8 +1,9 @@
 //! The fault that the demo plants: on the day of the shot a matte box clips the oblique pencils of the lens.
 
-use seidel_core::effects::{Effect, Vignetting};
-use seidel_core::optics::lens::VergenceSeries;
-use seidel_core::profile::{LensDescription, LensProfile, ProfileEffect};
+use seidel_core::LensProfile;
+use seidel_core::profile::{LensDescription, ProfileEffect};
+use seidel_optics::effects::{Effect, Vignetting};
+use seidel_optics::lens::VergenceSeries;
 
 /// Radius of the matte box seen through the lens, pupil radii.
 const RADIUS: f64 = 1.1;

@@ -1,8 +1,8 @@
 //! The edges of a photograph over its frame: kept ones with the width of their blur, others framed by reason.
 
 use image::RgbImage;
-use seidel_core::optics::edges::Edge;
 use seidel_measure::MeasuredEdges;
+use seidel_optics::edges::Edge;
 
 use super::photograph_panel::{KEPT, Panel, colour, stack};
 

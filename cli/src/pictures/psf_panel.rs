@@ -1,9 +1,8 @@
 //! A panel of a PSF sheet: enlarged PSFs on a grid of field positions.
 
 use rayon::prelude::*;
-use seidel_core::field::{Frame, ImagePoint};
-use seidel_core::psf::{LocalBlur, PsfModel, SampleGrid};
-use seidel_core::render::BlurField;
+use seidel_core::{BlurField, Frame, ImagePoint, LocalBlur};
+use seidel_optics::psf::{PsfModel, SampleGrid};
 
 /// Share of a cell that the largest PSF may fill.
 const FILL: f64 = 0.92;

@@ -1,7 +1,7 @@
 //! PSFs side by side: observed, predicted by each model, and the residuals.
 
 use image::RgbImage;
-use seidel_core::eval::{ShapePrediction, ShapeRow};
+use seidel_core::evaluation::{ShapePrediction, ShapeRow};
 use seidel_core::{Error, Result};
 
 use super::canvas::{Area, Canvas, text_width};
@@ -257,8 +257,7 @@ fn caption(row: &ShapeRow, part: &Part, times: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seidel_core::distance::ObjectDistance;
-    use seidel_core::field::FieldPoint;
+    use seidel_core::{FieldPoint, ObjectDistance};
 
     /// Returns a spot of 3 x 3 px in the middle of a square, with predictions of half its light.
     fn row(side_px: usize, titles: &[&'static str], distance: ObjectDistance) -> ShapeRow {

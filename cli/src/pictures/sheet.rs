@@ -1,12 +1,9 @@
 //! The PSF sheet: the PSFs of a lens over its frame, by object distance and channel.
 
 use image::RgbImage;
-use seidel_core::Result;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::predict::Predictor;
-use seidel_core::profile::{LensProfile, PupilChannel};
-use seidel_core::psf::PsfModel;
-use seidel_core::render::BlurField;
+use seidel_core::profile::PupilChannel;
+use seidel_core::{BlurField, LensProfile, ObjectDistance, Predictor, Result};
+use seidel_optics::psf::PsfModel;
 
 use super::canvas::{Area, Canvas};
 use super::psf_panel::PanelGrid;
@@ -246,7 +243,7 @@ mod tests {
     use super::*;
     use crate::demo::lens::lens;
     use seidel_core::profile::{LensDescription, MomentsChannel, MomentsPlane};
-    use seidel_core::psf;
+    use seidel_optics::psf;
 
     /// Returns the demo's lens described by moments, with other channels and planes.
     fn shaped(names: &[&str], planes: &[ObjectDistance]) -> LensProfile {

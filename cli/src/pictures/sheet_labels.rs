@@ -1,7 +1,6 @@
 //! Labels and lines of a PSF sheet: header, captions, frame outline, axis, scale bar.
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::profile::LensProfile;
+use seidel_core::{LensProfile, ObjectDistance};
 
 use super::canvas::{Area, Canvas, text_width};
 use super::psf_panel::round_down;

@@ -1,7 +1,7 @@
 //! Single PSFs as small pictures, with pixels enlarged by an integer.
 
 use image::{Rgb, RgbImage};
-use seidel_core::tile::Tile;
+use seidel_core::Tile;
 
 use super::shapes::{difference, grey};
 

@@ -1,6 +1,6 @@
 //! The section with the meaning of each cause, its fitted values, and what to do about it.
 
-use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
+use seidel_core::{Diagnosis, Verdict};
 
 use super::markup::{escape, with_code};
 use super::words::{action, list, meaning, sentence, title};

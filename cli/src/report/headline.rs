@@ -1,6 +1,6 @@
 //! The first screen of the page: the verdict, the most probable causes, the gap, and the next capture.
 
-use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
+use seidel_core::{Diagnosis, Verdict};
 
 use super::markup::{bar, escape, with_code};
 use super::verdict::{lead, verdict};

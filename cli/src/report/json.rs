@@ -1,8 +1,7 @@
 //! `report.json`: the diagnosis for programs, with keys in a fixed order.
 
 use schemars::JsonSchema;
-use seidel_core::calibrate::diagnose::Diagnosis;
-use seidel_core::{Error, Result};
+use seidel_core::{Diagnosis, Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -105,7 +104,8 @@ fn null_path(value: &Value) -> Option<String> {
 mod tests {
     use super::*;
     use crate::report::samples::{ALL, diagnosis, subject};
-    use seidel_core::calibrate::diagnose::{Capture, Verdict};
+    use seidel_core::Verdict;
+    use seidel_core::diagnosis::Capture;
 
     fn parsed(d: &Diagnosis) -> Value {
         serde_json::from_str(&json(d, &subject()).expect("finite")).expect("JSON")

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use seidel_core::calibrate::diagnose::{Diagnosis, TileGap};
-use seidel_core::distance::ObjectDistance;
+use seidel_core::diagnosis::TileGap;
+use seidel_core::{Diagnosis, ObjectDistance};
 
 use super::Subject;
 use super::markup::escape;

@@ -1,8 +1,7 @@
 //! The page of a measurement: what was kept and left out over the photograph, noise, the lens, and what to shoot next.
 
 use image::RgbImage;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::profile::LensProfile;
+use seidel_core::{LensProfile, ObjectDistance};
 use seidel_measure::{LeftOut, Photograph, Reason};
 
 use super::markup::{bar, data_uri, document, escape, with_code};
@@ -318,7 +317,7 @@ fn sentence(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seidel_core::distance::ObjectDistance;
+    use seidel_core::ObjectDistance;
     use seidel_measure::SampleErrors;
 
     #[test]

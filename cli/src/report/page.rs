@@ -1,6 +1,6 @@
 //! `report.html`: the whole gap report on one self-contained page.
 
-use seidel_core::calibrate::diagnose::Diagnosis;
+use seidel_core::Diagnosis;
 
 use super::Subject;
 use super::advice::advice_section;
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
     use crate::report::samples::{ALL, diagnosis, subject};
     use crate::report::words::{closed, gap};
-    use seidel_core::calibrate::diagnose::Verdict;
+    use seidel_core::Verdict;
     use seidel_image_io::atomic::{Output, write_atomically};
 
     /// Also writes the pages to the folder in `SEIDEL_PAGES`, for visual inspection.

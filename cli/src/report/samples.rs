@@ -1,14 +1,12 @@
 //! Diagnoses as test data, one per verdict: a lens that lacks vignetting, observed on a grid of places. Their numbers agree
 //! with each other as those of real diagnoses do.
 
-use seidel_core::calibrate::diagnose::{
-    Capture, Cause, Diagnosis, Example, Gap, ModelShare, Order, OwnGapSource, Pair, Place, Shape,
-    Shares, TileGap, Verdict, Zone,
+use seidel_core::diagnosis::{
+    Capture, Cause, Example, Gap, ModelShare, Order, OwnGapSource, Pair, Place, Shape, Shares,
+    TileGap, Zone,
 };
-use seidel_core::distance::ObjectDistance;
-use seidel_core::effects::FittedValue;
-use seidel_core::field::{Frame, ImagePoint};
-use seidel_core::tile::Tile;
+use seidel_core::{Diagnosis, Frame, ImagePoint, ObjectDistance, Tile, Verdict};
+use seidel_optics::effects::FittedValue;
 
 use super::Subject;
 use crate::demo::lens::lens;

@@ -1,9 +1,7 @@
 //! The lens and the observations that a report is about.
 
 use image::RgbImage;
-use seidel_core::calibrate::diagnose::Diagnosis;
-use seidel_core::field::Frame;
-use seidel_core::observations::ObservationSet;
+use seidel_core::{Diagnosis, Frame, ObservationSet};
 
 /// Names and counts that a diagnosis does not hold.
 #[derive(Debug, Clone, PartialEq)]

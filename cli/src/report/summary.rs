@@ -1,6 +1,6 @@
 //! The summary that `seidel diagnose` prints, one line per result.
 
-use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
+use seidel_core::{Diagnosis, Verdict};
 
 use super::Subject;
 use super::advice::advice;

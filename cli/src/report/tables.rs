@@ -1,8 +1,9 @@
 //! The tables of the page: causes, zones of the field, kinds of change of the PSF, pairs of causes.
 
-use seidel_core::calibrate::diagnose::{Cause, Diagnosis};
-use seidel_core::effects;
-use seidel_core::effects::FittedValue;
+use seidel_core::Diagnosis;
+use seidel_core::diagnosis::Cause;
+use seidel_optics::effects;
+use seidel_optics::effects::FittedValue;
 
 use super::markup::{bar, escape, track};
 use super::words::{

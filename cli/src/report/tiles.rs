@@ -1,7 +1,7 @@
 //! Pictures of some PSFs: observed, predicted by both lenses, and the residuals.
 
-use seidel_core::calibrate::diagnose::{Diagnosis, Example};
-use seidel_core::tile::Tile;
+use seidel_core::diagnosis::Example;
+use seidel_core::{Diagnosis, Tile};
 
 use super::markup::{data_uri, escape};
 use super::words::{distance, gap, percent};

@@ -1,6 +1,6 @@
 //! The verdict of a diagnosis as sentences in plain text.
 
-use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
+use seidel_core::{Diagnosis, Verdict};
 
 use super::words::{between, closed, gap, gap_interval, list, percent, place, sentence, title};
 
@@ -156,7 +156,7 @@ fn titles(ids: &[&str]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::report::samples::diagnosis;
-    use seidel_core::calibrate::diagnose::Pair;
+    use seidel_core::diagnosis::Pair;
 
     #[test]
     fn an_effect_in_every_likely_answer_is_certain() {

@@ -1,8 +1,9 @@
 //! Numbers, names and places as text.
 
-use seidel_core::calibrate::diagnose::{Place, cause_words};
-use seidel_core::distance::ObjectDistance;
-use seidel_core::effects::FittedValue;
+use seidel_calibrate::diagnose::cause_words;
+use seidel_core::ObjectDistance;
+use seidel_core::diagnosis::Place;
+use seidel_optics::effects::FittedValue;
 
 use crate::pictures::{decimals, significant};
 use crate::terms::with_options;

@@ -1,13 +1,12 @@
 //! The page of a lens: its PSFs over the field, by distance and stop.
 
 use rayon::prelude::*;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::effects::Symmetry;
-use seidel_core::field::FieldPoint;
-use seidel_core::optics::BlurField;
-use seidel_core::profile::{Controls, LensProfile, PupilChannel};
-use seidel_core::psf::{LocalBlur, PsfModel, SampleGrid};
-use seidel_core::{Lens, Result};
+use seidel_core::profile::PupilChannel;
+use seidel_core::{
+    BlurField, Controls, FieldPoint, Lens, LensProfile, LocalBlur, ObjectDistance, Result,
+};
+use seidel_optics::effects::Symmetry;
+use seidel_optics::psf::{PsfModel, SampleGrid};
 use serde::Serialize;
 
 use super::atlas::{Atlas, Light, ShownChannels, tile_side};

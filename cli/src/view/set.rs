@@ -1,7 +1,6 @@
 //! The page of an observation set: measured PSFs at their places in the frame, and those of a lens beside them.
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::{ObjectDistance, Observation, ObservationSet};
 use serde::Serialize;
 
 use super::atlas::{Atlas, Light, ShownChannels, most_tiles, tile_side};

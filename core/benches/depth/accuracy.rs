@@ -4,8 +4,7 @@ use super::aim::{Aim, Wanted};
 use super::lens;
 use super::plates::{FOLIAGE, Objects, RAMP, plate, shot};
 use seidel_core::{
-    Image, Lens, LensSession, Plate, Quality, Result, Settings, apply, no_progress,
-    render::RenderWindow,
+    Image, Lens, LensSession, Plate, Quality, RenderWindow, Result, Settings, apply, no_progress,
 };
 use std::sync::Arc;
 

@@ -4,8 +4,8 @@ use super::aim::{Aim, Wanted};
 use super::lens;
 use super::plates::{FOLIAGE, RAMP, plate, shot};
 use seidel_core::{
-    Controls, Lens, LensSession, ObjectDistance, Plate, Quality, Result, Settings, apply,
-    no_progress, render::RenderWindow,
+    Controls, Lens, LensSession, ObjectDistance, Plate, Quality, RenderWindow, Result, Settings,
+    apply, no_progress,
 };
 use std::sync::Arc;
 use std::time::Instant;

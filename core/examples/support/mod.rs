@@ -1,9 +1,7 @@
 //! Simulated measurements for the examples.
 
-use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::predict::predict_set;
-use seidel_core::tile::Tile;
-use seidel_core::{ImagePoint, Lens, ObjectDistance, Result};
+use seidel_core::{ImagePoint, Lens, ObjectDistance, Observation, ObservationSet, Result, Tile};
+use seidel_optics::predict::predict_set;
 
 /// Side of a PSF tile, px.
 const SIDE: usize = 33;

@@ -1,10 +1,7 @@
 //! The share of the gap that a corrected lens closes on the held-out places of a case.
 
-use seidel_core::field::ImagePoint;
-use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
-use seidel_core::{Error, Result};
+use seidel_core::{Error, ImagePoint, LensProfile, Observation, ObservationSet, Predictor, Result};
+use seidel_optics::predict::predict_set;
 
 /// Step of the finite differences of a shift, px, and the number of Gauss-Newton steps.
 const STEP_PX: f64 = 0.1;

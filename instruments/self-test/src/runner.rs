@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use seidel_core::calibrate::diagnose::{
-    Capture as NextCapture, Diagnosis, Settings, Verdict, diagnose,
+use seidel_calibrate::diagnose::diagnose;
+use seidel_calibrate::fit::fit_pupil;
+use seidel_core::diagnosis::Capture as NextCapture;
+use seidel_core::fitting::{PupilModel, PupilSettings};
+use seidel_core::{
+    Diagnosis, DiagnosisSettings, Error, LensProfile, ObservationSet, Progress, Result, Verdict,
 };
-use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
-use seidel_core::effects;
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::LensProfile;
-use seidel_core::{Error, Progress, Result};
+use seidel_optics::effects;
 use seidel_trial::{
     Answer, Case, FitModel, FurtherCapture, KindClass, Outcome, Recipe, Selection, Setting, draw,
     draw_further, recipes,
@@ -286,9 +286,9 @@ fn checked_diagnosis(
     library: &[String],
     progress: &Progress,
 ) -> Result<Diagnosis> {
-    let settings = Settings {
+    let settings = DiagnosisSettings {
         library: library.to_vec(),
-        ..Settings::default()
+        ..DiagnosisSettings::default()
     };
     let diagnosis = diagnose(lens, real, &settings, progress)?;
     let causes = diagnosis.causes.iter().map(|c| (c.probability, c.effect));

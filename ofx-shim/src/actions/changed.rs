@@ -2,7 +2,7 @@
 
 use std::ffi::CString;
 
-use seidel_core::library;
+use seidel_optics::library;
 
 use super::{Answer, check_lens, enabled, guess_depth, persistent_message};
 use crate::clips::DEPTH;

@@ -1,7 +1,6 @@
 //! A guess of Depth Math from a depth input that was just connected.
 
-use seidel_core::render::{DepthProblem, Severity};
-use seidel_core::{LensSession, PreparedDepth};
+use seidel_core::{DepthProblem, LensSession, PreparedDepth, Severity};
 
 use crate::depth_warning;
 use crate::host::{Call, ParameterValue, Result, show_information};

@@ -6,8 +6,8 @@
 use std::ffi::CStr;
 use std::fmt::Write;
 
-use seidel_core::effects::{Effect, Vignetting};
-use seidel_core::library::{self, LibraryLens};
+use seidel_core::LibraryLens;
+use seidel_optics::effects::{Effect, Vignetting};
 
 /// The menu: a file, then the lenses that come with the plugin. Projects store the index, so that it grows at its end only.
 pub(crate) const NAMES: &[&CStr] = &[
@@ -133,7 +133,7 @@ const CHANNELS: [(&str, f64); 3] = [("R", 620.0), ("G", 540.0), ("B", 460.0)];
 /// Returns the lens of the library at `index` of the menu.
 fn of_library(index: i32) -> Option<&'static LibraryLens> {
     let label = NAMES.get(usize::try_from(index).ok()?)?.to_str().ok()?;
-    library::by_name(label.strip_prefix(LIBRARY_LABEL)?).ok()
+    LibraryLens::by_name(label.strip_prefix(LIBRARY_LABEL)?).ok()
 }
 
 /// Returns the profile of the lens at `index` of the menu, as JSON.
@@ -228,8 +228,11 @@ mod tests {
 
     #[test]
     fn every_lens_of_the_menu_loads() {
-        assert_eq!(NAMES.len(), 1 + DESIGNS.len() + library::ALL.len());
-        for lens in library::ALL {
+        assert_eq!(
+            NAMES.len(),
+            1 + DESIGNS.len() + seidel_optics::library::ALL.len()
+        );
+        for lens in seidel_optics::library::ALL {
             let label = format!("{LIBRARY_LABEL}{}", lens.name);
             let index = NAMES.iter().position(|name| name.to_str() == Ok(&label));
             let index = index.expect("every lens of the library is in the menu") as i32;

@@ -5,7 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use seidel_core::{Lens, library};
+use seidel_core::{Lens, LibraryLens};
+use seidel_optics::library::{self};
 
 use super::{built_in, folder};
 use crate::file_cache::FileCache;
@@ -55,7 +56,7 @@ pub(crate) fn clear() {
 /// Returns the file in the folder of own profiles that `path` names, unless there is a file or a lens of the library of that
 /// name.
 fn own_file(path: &str) -> Option<PathBuf> {
-    let of_library = library::by_reference(path).is_some_and(|found| found.is_ok());
+    let of_library = LibraryLens::by_reference(path).is_some_and(|found| found.is_ok());
     if Path::new(path).exists() || of_library {
         return None;
     }
@@ -65,7 +66,7 @@ fn own_file(path: &str) -> Option<PathBuf> {
 /// Reads the lens profile in the file at `path`, or the lens of the library that `path` names where there is no such file.
 fn read(path: &str) -> Result<Lens> {
     if !Path::new(path).exists()
-        && let Some(found) = library::by_reference(path)
+        && let Some(found) = LibraryLens::by_reference(path)
     {
         let unknown =
             |e: seidel_core::Error| Failure::failed(format!("{path}: {}; {}", e.problem, e.remedy));

@@ -3,7 +3,7 @@
 use std::ffi::CString;
 use std::path::PathBuf;
 
-use seidel_core::library::FOLDER_VARIABLE;
+use seidel_optics::library::FOLDER_VARIABLE;
 
 /// Largest number of profiles in the menu.
 const MOST: usize = 500;

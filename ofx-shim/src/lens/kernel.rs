@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::render::LocalKernel;
-use seidel_core::{LensSession, ObjectDistance, PlateGeometry, Rectangle};
+use seidel_core::{LensSession, LocalKernel, ObjectDistance, PlateGeometry, Rectangle};
 
 use crate::host::{Effect, Result};
 use crate::threads;

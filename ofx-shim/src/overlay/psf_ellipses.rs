@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use seidel_core::LensSession;
-use seidel_core::render::LocalKernel;
+use seidel_core::{LensSession, LocalKernel};
 
 use super::lens_placement::LensPlacement;
 use crate::host::Result;

@@ -3,9 +3,8 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-use seidel_core::render::RenderWindow;
 use seidel_core::{
-    Image, LensSession, Margins, NoiseGain, Plate, PreparedPlate, Progress, Rectangle,
+    Image, LensSession, Margins, NoiseGain, Plate, PreparedPlate, Progress, Rectangle, RenderWindow,
 };
 
 use super::coc_map::coc_map;

@@ -3,13 +3,13 @@
 use std::ptr::null;
 
 use seidel_c::*;
-use seidel_core::predict::Predictor;
-use seidel_core::psf::Gaussian;
-use seidel_core::render::{
-    BlurField, Displacement, Edges, Gather, LayeredRenderer, Occlusion, Plane, Renderer, Scene,
-    VergencePass,
+use seidel_core::{
+    BlurField, Displacement, LensFrame, PlateGeometry, PlatePlacement, Predictor, no_progress,
 };
-use seidel_core::{LensFrame, PlateGeometry, PlatePlacement, no_progress};
+use seidel_optics::psf::Gaussian;
+use seidel_render::{
+    Edges, Gather, LayeredRenderer, Occlusion, Plane, Renderer, Scene, VergencePass,
+};
 
 use crate::support::{
     LensHandle, TestImage, apply, assert_ok, assert_refused, exports, max_difference, plate,

@@ -1,13 +1,12 @@
 //! Lens profiles of designs: the thin lens law for defocus, and the aberrations of the design.
 
-use seidel_optics::camera::Camera;
+use seidel_core::Camera;
+use seidel_core::profile::{LensDescription, ProfileEffect, Provenance, PupilChannel};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::VergenceSeries;
-use seidel_optics::profile::{
-    LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel,
-};
+use seidel_optics::profile::LensProfile;
 use seidel_optics::sharpest_vergence;
 
 use super::designs::Design;

@@ -18,7 +18,15 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     ("seidel-measure", &["seidel-optics"]),
     ("seidel-colour", &[]),
     ("seidel-threads", &[]),
-    ("seidel-plugin", &["seidel-core", "seidel-threads"]),
+    (
+        "seidel-plugin",
+        &[
+            "seidel-core",
+            "seidel-optics",
+            "seidel-render",
+            "seidel-threads",
+        ],
+    ),
     // The test host and the C ABI are dependencies of its tests.
     (
         "seidel-ofx",
@@ -26,6 +34,7 @@ const ALLOWED: [(&str, &[&str]); 21] = [
             "seidel-colour",
             "seidel-core",
             "seidel-ofx-host",
+            "seidel-optics",
             "seidel-plugin",
             "seidel-threads",
         ],
@@ -33,10 +42,13 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     (
         "seidel",
         &[
+            "seidel-calibrate",
             "seidel-colour",
             "seidel-core",
             "seidel-image-io",
             "seidel-measure",
+            "seidel-optics",
+            "seidel-render",
         ],
     ),
     ("seidel-image-io", &["seidel-optics"]),
@@ -53,12 +65,15 @@ const ALLOWED: [(&str, &[&str]); 21] = [
         "seidel-tests",
         &[
             "seidel",
+            "seidel-calibrate",
             "seidel-colour",
             "seidel-core",
             "seidel-image-io",
             "seidel-ofx",
             "seidel-ofx-host",
+            "seidel-optics",
             "seidel-plugin",
+            "seidel-render",
             "seidel-trial",
         ],
     ),
@@ -78,7 +93,14 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     ("seidel-trial", &["seidel-optics"]),
     (
         "seidel-self-test",
-        &["seidel", "seidel-core", "seidel-image-io", "seidel-trial"],
+        &[
+            "seidel",
+            "seidel-calibrate",
+            "seidel-core",
+            "seidel-image-io",
+            "seidel-optics",
+            "seidel-trial",
+        ],
     ),
     // The test host shares no code with the plugins it tests, so that a mistake is not made twice.
     ("seidel-ofx-host", &[]),

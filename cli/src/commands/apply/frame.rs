@@ -1,7 +1,7 @@
 //! One frame of a run: read, blurred, written.
 
-use seidel_core::render::VergencePass;
 use seidel_core::{Edges, Expand, Quality, Rendering};
+use seidel_render::VergencePass;
 
 use super::{ApplyArgs, residual, show, verbose};
 use crate::commands::plates::{

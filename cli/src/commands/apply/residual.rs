@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use seidel_core::render::remove::change_map;
 use seidel_core::{PreparedPlate, no_progress};
+use seidel_render::remove::change_map;
 
 use crate::commands::CommandError;
 use crate::commands::plates::LoadedPlate;

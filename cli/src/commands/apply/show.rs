@@ -1,8 +1,7 @@
 //! `--show`: pictures of the blur by depth, instead of the blurred plate.
 
 use clap::ValueEnum;
-use seidel_core::render::FocusSide;
-use seidel_core::{BlurMap, COC_SCALE, CocColours};
+use seidel_core::{BlurMap, COC_SCALE, CocColours, FocusSide};
 
 use crate::commands::CommandError;
 use crate::commands::plates::LoadedPlate;

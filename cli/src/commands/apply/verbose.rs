@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use seidel_core::render::{
+use seidel_core::{PreparedPlate, Quality, Rendering, Result, no_progress};
+use seidel_render::{
     LevelStatistics, RenderStatistics, Rendered, SpotRenderer, VergencePass,
     low_discrepancy_pixels, psnr_at,
 };
-use seidel_core::{PreparedPlate, Quality, Rendering, Result, no_progress};
 
 use super::of_edges;
 use crate::commands::knobs::knob_text;

@@ -3,8 +3,7 @@
 use std::ffi::OsString;
 use std::fs;
 
-use seidel_core::predict::Predictor;
-use seidel_core::{Lens, ObjectDistance};
+use seidel_core::{Lens, ObjectDistance, Predictor};
 use seidel_image_io::atomic::check_folder_content;
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::png::write_gray16;

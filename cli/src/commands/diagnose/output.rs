@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seidel_core::calibrate::diagnose::Diagnosis;
-use seidel_core::observations::ObservationSet;
+use seidel_core::{Diagnosis, ObservationSet};
 
 use super::super::{CommandError, write_text};
 use super::plate_gap::PlateGapMaps;
@@ -93,8 +92,7 @@ mod tests {
     use crate::demo::lens::lens;
     use crate::demo::observations::measured;
     use crate::report::samples::{diagnosis, subject};
-    use seidel_core::calibrate::diagnose::Verdict;
-    use seidel_core::profile::LensProfile;
+    use seidel_core::{LensProfile, Verdict};
     use seidel_image_io::observation_set::{ReadOptions, read};
     use std::path::Path;
 

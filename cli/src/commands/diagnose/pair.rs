@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{
-    PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve,
+use seidel_core::diagnosis::{PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve};
+use seidel_core::{
+    DiagnosisSettings, ImagePoint, Lens, ObjectDistance, PictureDiagnosis, PicturePair, Predictor,
+    diagnose_pictures,
 };
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::ImagePoint;
-use seidel_core::predict::Predictor;
-use seidel_core::{DiagnosisSettings, Lens, PictureDiagnosis, PicturePair, diagnose_pictures};
 
 use super::super::picture::check_finite;
 use super::super::{CommandError, EncodingChoice, parse_point};

@@ -3,10 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::observations::ObservationSet;
-use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
+use seidel_core::{LensProfile, ObjectDistance, ObservationSet, Predictor};
 use seidel_image_io::error::FileError;
 use seidel_measure::{LightSettings, measure_lights};
 

@@ -4,10 +4,8 @@ use std::path::Path;
 
 use image::RgbImage;
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::PlacedPictures;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::profile::LensProfile;
-use seidel_core::{Lens, PLATE_GAP_BLOCK_PX, PlateGap, plate_gap};
+use seidel_core::diagnosis::PlacedPictures;
+use seidel_core::{Lens, LensProfile, ObjectDistance, PLATE_GAP_BLOCK_PX, PlateGap, plate_gap};
 
 use super::super::CommandError;
 use crate::Console;

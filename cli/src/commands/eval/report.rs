@@ -1,7 +1,7 @@
 //! An evaluation as tables, JSON, and the plot of Figure 13.
 
-use seidel_core::eval::{Evaluation, GroupEvaluation, SplitMean};
-use seidel_core::moments::CentralMoments;
+use seidel_core::evaluation::{GroupEvaluation, SplitMean};
+use seidel_core::{CentralMoments, Evaluation};
 use serde::Serialize;
 
 use super::{CommandError, Form};

@@ -1,6 +1,6 @@
 //! Report of `--model moments`.
 
-use seidel_core::calibrate::fit::MomentsFit;
+use seidel_core::fitting::MomentsFit;
 use serde_json::json;
 
 use super::{FitArgs, print_rejected, rejected_json};

@@ -1,7 +1,7 @@
 //! Reports of `--model reduced` and `--model extended`.
 
-use seidel_core::calibrate::fit::PupilFit;
-use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
+use seidel_calibrate::fit::pixels::{Correlation, Metric};
+use seidel_core::fitting::PupilFit;
 use seidel_core::profile::{Adequacy, HeldOut};
 use serde_json::{Value, json};
 

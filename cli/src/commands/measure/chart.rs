@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use image::RgbImage;
-use seidel_core::calibrate::fit::AxisChoice;
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::LensProfile;
+use seidel_core::{AxisChoice, LensProfile, ObservationSet};
 use seidel_image_io::FileError;
 use seidel_image_io::photograph::{self, ColourFilter, PhotographOptions};
 use seidel_image_io::samples::Encoding;

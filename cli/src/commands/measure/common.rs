@@ -4,9 +4,7 @@ use std::path::PathBuf;
 
 use crate::progress::ProgressArgs;
 use clap::Args;
-use seidel_core::calibrate::fit::AxisChoice;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::mosaic::Mosaic;
+use seidel_core::{AxisChoice, Mosaic, ObjectDistance};
 use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
 
 use crate::commands::fit::parse_axis;

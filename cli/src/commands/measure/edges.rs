@@ -4,20 +4,19 @@ use std::path::Path;
 
 use clap::Args;
 use image::RgbImage;
-use seidel_core::calibrate::fit::AxisChoice;
-use seidel_core::calibrate::fit::edges::{EdgeFit, EdgeFitSettings, fit_edges};
-use seidel_core::field::ImagePoint;
-use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::optics::edges::EdgeSet;
-use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::{LensDescription, LensProfile};
-use seidel_core::psf::Pupil;
-use seidel_core::tile::Tile;
+use seidel_calibrate::fit::edges::{EdgeFit, EdgeFitSettings, fit_edges};
+use seidel_core::profile::LensDescription;
+use seidel_core::{
+    AxisChoice, ImagePoint, LensProfile, Observation, ObservationSet, Predictor, Tile,
+};
 use seidel_image_io::atomic::write_folder_atomically;
 use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::json::write_json;
 use seidel_image_io::{FileError, edge_set, lens_profile, observation_set as manifest};
 use seidel_measure::{EdgeSettings, MeasuredEdges, Reason, measure_edges};
+use seidel_optics::edges::EdgeSet;
+use seidel_optics::predict::predict_set;
+use seidel_optics::psf::Pupil;
 use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;

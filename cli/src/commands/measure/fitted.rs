@@ -1,9 +1,8 @@
 //! The lens fitted to a measured set.
 
-use seidel_core::calibrate::fit::{self, AxisChoice, Fit, FitSettings, Model};
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::LensProfile;
-use seidel_core::score::pixel_residuals;
+use seidel_calibrate::fit;
+use seidel_calibrate::score::pixel_residuals;
+use seidel_core::{AxisChoice, Fit, FitSettings, LensProfile, Model, ObservationSet};
 use seidel_measure::photon_transfer::{self, Residual};
 use serde_json::{Value, json};
 

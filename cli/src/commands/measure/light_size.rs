@@ -1,6 +1,7 @@
 //! The size of photographed lights, taken off the blur of the lens that was fitted to them.
 
-use seidel_core::profile::{LensDescription, LensProfile};
+use seidel_core::LensProfile;
+use seidel_core::profile::LensDescription;
 
 /// Largest diameter of the image of a light that is taken off, px. Larger discs are no blur that a variance describes.
 pub(super) const MAX_DIAMETER_PX: f64 = 3.0;

@@ -2,9 +2,7 @@
 
 use clap::Args;
 use image::RgbImage;
-use seidel_core::calibrate::fit::AxisChoice;
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::LensProfile;
+use seidel_core::{AxisChoice, LensProfile, ObservationSet};
 use seidel_measure::{LightSet, LightSettings, Reason, TileSize, measure_lights};
 use serde_json::{Map, Value, json};
 

@@ -4,16 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use image::RgbImage;
-use seidel_core::calibrate::fit::AxisChoice;
-use seidel_core::calibrate::fit::plate_match::{
+use seidel_calibrate::fit::plate_match::{
     Estimate, MatchSettings, MatchedChannel, PlateLight, PlateMatch, match_plate,
 };
-use seidel_core::error::{Error, ErrorKind};
-use seidel_core::field::ImagePoint;
-use seidel_image_io::FileError;
+use seidel_core::{AxisChoice, Error, ErrorKind, ImagePoint};
 use seidel_image_io::atomic::check_target;
 use seidel_image_io::formats::png::write_rgb8;
-use seidel_image_io::lens_profile;
+use seidel_image_io::{FileError, lens_profile};
 use seidel_measure::{
     Calibration, EdgeSettings, LightSettings, MeasuredEdges, Photograph, measure_edges,
     measure_lights,

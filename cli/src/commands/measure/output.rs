@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use image::RgbImage;
-use seidel_core::observations::ObservationSet;
-use seidel_core::profile::LensProfile;
+use seidel_core::{LensProfile, ObservationSet};
 use seidel_image_io::atomic::{Output, check_target, write_atomically, write_folder_atomically};
 use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::json::write_json;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seidel_core::distance::ObjectDistance;
+use seidel_core::ObjectDistance;
 use seidel_image_io::error::FileError;
 use seidel_image_io::photograph::{self, PhotographFile, PhotographOptions, Precision};
 use seidel_measure::{Calibration, Photograph, SampleErrors};

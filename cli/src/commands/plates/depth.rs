@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use seidel_core::render::{DepthConvention, DepthReading};
-use seidel_core::{DepthMeaning, Lens, ObjectDistance};
+use seidel_core::{DepthConvention, DepthMeaning, DepthReading, Lens, ObjectDistance};
 
 use super::{SettingsRecord, channel_parser, setting};
 use crate::commands::{CommandError, parse_distance};

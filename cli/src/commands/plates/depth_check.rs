@@ -1,7 +1,6 @@
 //! A check of the first depth pass of a run: signs that its samples have another meaning than the options state.
 
-use seidel_core::render::Severity;
-use seidel_core::{LensSession, PlateGeometry, PreparedDepth, Result};
+use seidel_core::{LensSession, PlateGeometry, PreparedDepth, Result, Severity};
 
 use seidel_image_io::plate::Plate;
 

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use seidel_core::profile::LensProfile;
-use seidel_core::{ErrorKind, Knob, KnobScope, LensScale, LensSession, ObjectDistance, Settings};
+use seidel_core::{
+    ErrorKind, Knob, KnobScope, LensProfile, LensScale, LensSession, ObjectDistance, Settings,
+};
 
 use super::adjust::{AdjustArgs, adjust_record, scaled_amount};
 use super::animated;

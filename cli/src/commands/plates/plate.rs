@@ -4,8 +4,8 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use seidel_colour::{Alphas, ConversionReport};
-use seidel_core::render::MAX_PIXEL_ASPECT;
 use seidel_core::{AlphaKind, Image, LensScale, PlateGeometry, Rectangle};
+use seidel_render::MAX_PIXEL_ASPECT;
 
 use super::colour::{ColourArgs, PlateColour, unrepresentable};
 use crate::commands::{CommandError, EncodingChoice};

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use seidel_core::profile::{Adequacy, LensProfile, Verdict};
-use seidel_core::{DepthMeaning, Image, LensScale, PlateGeometry, PreparedPlate, Settings};
+use seidel_core::profile::{Adequacy, Verdict};
+use seidel_core::{
+    DepthMeaning, Image, LensProfile, LensScale, PlateGeometry, PreparedPlate, Settings,
+};
 
 use super::animated::check_columns;
 use super::colour::{ColourPipeline, PlateColour};

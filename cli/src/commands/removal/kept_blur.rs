@@ -1,7 +1,6 @@
 //! The note on the parts of a picture that keep their blur.
 
-use seidel_core::RemovedPlate;
-use seidel_core::render::remove::KeptBlurReason;
+use seidel_core::{KeptBlurReason, RemovedPlate};
 
 /// Share of the picture below which a reason is not named.
 const LEAST_SHARE: f64 = 5e-5;

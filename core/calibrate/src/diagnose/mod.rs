@@ -48,7 +48,7 @@ pub use pair::{
     PairEstimate, PairGeometry, PairImage, PairSettings, PlacedPictures, Quantisation, StoredCurve,
     TileResponse, estimate_pair,
 };
-pub use settings::Settings;
+pub use settings::DiagnosisSettings;
 
 use crate::reference_channel::reference_channel;
 use coverage::Coverage;
@@ -76,7 +76,7 @@ const REFINED_RATIO: f64 = 4.0;
 pub fn diagnose(
     lens: &LensProfile,
     set: &ObservationSet,
-    settings: &Settings,
+    settings: &DiagnosisSettings,
     progress: &Progress,
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
@@ -92,6 +92,16 @@ pub fn diagnose(
     let coverage = Coverage::of(&first);
     let (shown, mut left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| coverage.shows(*e));
     tiles.remarks.extend(coverage.remark(&left));
+    let (carried, shown): (Vec<_>, Vec<_>) = shown
+        .into_iter()
+        .partition(|e| is_carried_once(channels, *e));
+    if !carried.is_empty() {
+        tiles.remarks.push(format!(
+            "the lens has these effects, which cannot act twice, so they were not tried: {}",
+            coverage::titles(&carried)
+        ));
+        left.extend(carried);
+    }
     let (tried, in_one_channel): (Vec<_>, Vec<_>) =
         shown.into_iter().partition(|e| search.can_try(*e));
     if !in_one_channel.is_empty() {
@@ -179,7 +189,15 @@ fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {
     }
 }
 
-fn library(settings: &Settings) -> Result<Vec<&'static dyn Effect>> {
+/// Returns whether a channel has `effect`, of which a lens has one at most.
+fn is_carried_once(channels: &[PupilChannel], effect: &dyn Effect) -> bool {
+    let mut own = channels
+        .iter()
+        .flat_map(|c| c.effects.iter().chain(&c.added));
+    effect.description().is_unique && own.any(|carried| carried.effect.id() == effect.id())
+}
+
+fn library(settings: &DiagnosisSettings) -> Result<Vec<&'static dyn Effect>> {
     if settings.library.is_empty() {
         return Ok(effects::causes().collect());
     }

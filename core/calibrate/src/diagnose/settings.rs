@@ -5,7 +5,7 @@ use seidel_optics::observations::ObservationSet;
 
 /// Settings of [`super::diagnose`].
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct DiagnosisSettings {
     /// Identifiers of the effects to try; all if empty.
     pub library: Vec<String>,
     /// Whether pairs of effects are tried.
@@ -16,7 +16,7 @@ pub struct Settings {
     pub responses: Vec<Vec<TileResponse>>,
 }
 
-impl Default for Settings {
+impl Default for DiagnosisSettings {
     fn default() -> Self {
         Self {
             library: Vec::new(),

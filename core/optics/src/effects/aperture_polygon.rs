@@ -66,8 +66,8 @@ const PARAMETERS: [Parameter; 4] = [
 ];
 
 const _: () = assert!(
-    1 + 2 + 2 + MOST as usize <= MAX_STOPS,
-    "rim, vignetting twice, blades"
+    1 + 3 * 2 + MOST as usize <= MAX_STOPS,
+    "rim; vignetting of the lens, added to it, and tried by a diagnosis; blades"
 );
 
 impl Effect for AperturePolygon {
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn most_blades_and_vignetting_fit() {
         let mut pupil = pupil(MOST, 0.0, 3.0);
-        for _ in 0..2 {
+        for _ in 0..3 {
             let circles = [0.9, 0.4, 0.9, -0.4];
             pupil = behind(
                 &crate::effects::Vignetting,

@@ -11,11 +11,11 @@ pub use picture::AperturePicture;
 use super::wavefront::{DEGREE, TERMS, Wavefront, powers};
 use crate::sensor::Sensor;
 
-/// Largest number of circles that bound a pupil: its rim, two of fitted vignetting, two of added vignetting, and
-/// thirteen iris blades.
-pub const MAX_STOPS: usize = 18;
-/// Largest number of circles outside the rim that are kept: two of fitted vignetting, and two of added vignetting.
-const MAX_OUTER_STOPS: usize = 4;
+/// Largest number of circles that bound a pupil: its rim, thirteen iris blades, and two each of the fitted vignetting, of
+/// the added one, and of the one that a diagnosis tries.
+pub const MAX_STOPS: usize = 20;
+/// Largest number of circles outside the rim that are kept: those of vignetting.
+const MAX_OUTER_STOPS: usize = 6;
 
 /// The transmission of a filter at pupil point u: `exp(-(square |u - centre|² + fourth |u - centre|⁴))`, one at its centre.
 #[derive(Debug, Clone, PartialEq, Default)]

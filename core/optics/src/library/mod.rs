@@ -4,9 +4,9 @@
 //! are ordinary lens profiles, scaled to any plate like others.
 //!
 //! ```
-//! use seidel_optics::library;
+//! use seidel_optics::library::LibraryLens;
 //!
-//! let lens = library::by_reference("library:swirl-58").expect("a name of the library")?;
+//! let lens = LibraryLens::by_reference("library:swirl-58").expect("a name of the library")?;
 //! assert_eq!(lens.profile()?.camera.focal_length_mm, Some(58.0));
 //! # Ok::<(), seidel_optics::Error>(())
 //! ```
@@ -58,6 +58,37 @@ library! {
 }
 
 impl LibraryLens {
+    /// Returns the lens called `name`, without [`PREFIX`].
+    ///
+    /// # Errors
+    /// An unknown name; the remedy has the nearest one.
+    pub fn by_name(name: &str) -> Result<&'static Self> {
+        let wanted = name.trim().to_ascii_lowercase();
+        ALL.iter().find(|lens| lens.name == wanted).ok_or_else(|| {
+            let nearness = |lens: &&LibraryLens| {
+                // A part of a name, such as `swirl`, counts as nearly the name.
+                let is_part = !wanted.is_empty() && lens.name.contains(&wanted);
+                strsim::jaro_winkler(lens.name, &wanted) + f64::from(u8::from(is_part))
+            };
+            let nearest = (ALL.iter()).max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
+            let nearest = nearest.map_or("", |lens| lens.name);
+            Error::new(
+                format!("{PREFIX}{name}"),
+                "is not the name of a lens of the library",
+                format!(
+                    "the nearest name is {PREFIX}{nearest}; choose it or another lens of the library"
+                ),
+            )
+        })
+    }
+
+    /// Returns the lens that `reference` names by [`PREFIX`] and its name; `None` for the path of a file.
+    ///
+    /// Callers that open files look for a file of that name first.
+    pub fn by_reference(reference: &str) -> Option<Result<&'static Self>> {
+        reference.strip_prefix(PREFIX).map(Self::by_name)
+    }
+
     /// Returns the lens profile.
     ///
     /// # Errors
@@ -73,37 +104,6 @@ impl LibraryLens {
     pub fn sheet(&self) -> Result<Sheet> {
         Sheet::from_json(self.sheet_json).map_err(|e| e.within(self.name))
     }
-}
-
-/// Returns the lens called `name`, without [`PREFIX`].
-///
-/// # Errors
-/// An unknown name; the remedy has the nearest one.
-pub fn by_name(name: &str) -> Result<&'static LibraryLens> {
-    let wanted = name.trim().to_ascii_lowercase();
-    ALL.iter().find(|lens| lens.name == wanted).ok_or_else(|| {
-        let nearness = |lens: &&LibraryLens| {
-            // A part of a name, such as `swirl`, counts as nearly the name.
-            let is_part = !wanted.is_empty() && lens.name.contains(&wanted);
-            strsim::jaro_winkler(lens.name, &wanted) + f64::from(u8::from(is_part))
-        };
-        let nearest = (ALL.iter()).max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
-        let nearest = nearest.map_or("", |lens| lens.name);
-        Error::new(
-            format!("{PREFIX}{name}"),
-            "is not the name of a lens of the library",
-            format!(
-                "the nearest name is {PREFIX}{nearest}; choose it or another lens of the library"
-            ),
-        )
-    })
-}
-
-/// Returns the lens that `reference` names by [`PREFIX`] and its name; `None` for the path of a file.
-///
-/// Callers that open files look for a file of that name first.
-pub fn by_reference(reference: &str) -> Option<Result<&'static LibraryLens>> {
-    reference.strip_prefix(PREFIX).map(by_name)
 }
 
 /// Returns the name of the file in a folder of profiles that `reference` names by [`PREFIX`]; `None` for the path of a file,

@@ -139,15 +139,15 @@ fn disc(lens: &LibraryLens) -> Vec<f64> {
 
 #[test]
 fn names_are_found_and_unknown_ones_get_the_nearest() {
-    assert!(by_reference("swirl-58").is_none(), "a file");
-    let found = by_reference("library:Swirl-58").expect("a reference");
+    assert!(LibraryLens::by_reference("swirl-58").is_none(), "a file");
+    let found = LibraryLens::by_reference("library:Swirl-58").expect("a reference");
     assert_eq!(found.expect("known").name, "swirl-58");
     for (name, nearest) in [
         ("swrl-58", "swirl-58"),
         ("macro", "macro-100"),
         ("", "library:"),
     ] {
-        let error = by_name(name).expect_err("unknown");
+        let error = LibraryLens::by_name(name).expect_err("unknown");
         assert!(error.remedy.contains(nearest), "{name}: {}", error.remedy);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seidel_core::observations::ObservationSet;
+use seidel_core::ObservationSet;
 use seidel_image_io::observation_set;
 
 use super::{HEIGHT, WIDTH};

@@ -2,11 +2,7 @@
 
 use std::path::Path;
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::FieldPoint;
-use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
-use seidel_core::render::BlurField;
+use seidel_core::{BlurField, FieldPoint, LensProfile, ObjectDistance, Predictor};
 use seidel_image_io::lens_profile;
 
 use super::reader::Reader;

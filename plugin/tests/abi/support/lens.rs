@@ -1,10 +1,9 @@
 //! A generated lens, as a profile and as a handle.
 
 use seidel_c::SeidelLens;
-use seidel_core::camera::Camera;
-use seidel_core::field::Frame;
-use seidel_core::optics::lens::VergenceSeries;
-use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
+use seidel_core::profile::{LensDescription, Provenance, PupilChannel};
+use seidel_core::{Camera, Frame, LensProfile};
+use seidel_optics::lens::VergenceSeries;
 
 use super::exports::{assert_ok, exports};
 

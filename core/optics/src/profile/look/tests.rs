@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::*;
 use crate::BlurField;
 use crate::field::FieldPoint;
-use crate::library;
+use crate::library::{self, LibraryLens};
 use crate::predict::Predictor;
 use crate::psf::{LocalBlur, SampleGrid};
 
@@ -17,7 +17,7 @@ const FAR: f64 = 0.0;
 const NEAR: f64 = 0.95;
 
 fn lens(name: &str) -> LensProfile {
-    let lens = library::by_name(name).expect("a name of the library");
+    let lens = LibraryLens::by_name(name).expect("a name of the library");
     lens.profile().expect("valid")
 }
 
