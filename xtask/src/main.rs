@@ -1,6 +1,6 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `knobs` what else follows from the
 //! table of knobs, `bundle` builds
-//! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `endurance` long runs, `library` writes the lens
+//! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `yardsticks` compares with simple programs, `endurance` long runs, `library` writes the lens
 //! library, `luts` the colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
 mod attack;
@@ -13,6 +13,7 @@ mod luts;
 mod pictures;
 mod tidy;
 mod workspace;
+mod yardsticks;
 
 use std::process::ExitCode;
 
@@ -22,6 +23,7 @@ const USAGE: &str = "usage: cargo xtask TASK
   knobs                       write the files that follow from the table of knobs: settings in Python, docs/guide/knobs.md
   attack [--minutes N] [--only TARGET,..] [OPTIONS]
                               damage inputs, kill runs and fill disks; `attack --help` lists the options
+  yardsticks [OPTIONS]        every job beside the simplest program that could do it; writes docs/background/yardsticks.md
   endurance [RUN..]           long runs: sequence, c-abi, node, or all; `attack --help` lists the options
   bundle [--target TRIPLE].. [--install] [OPTIONS]
                               build the OpenFX bundle, and install it; `bundle --help` lists the options
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         "knobs" => knobs::write(&root),
         "attack" => attack::run(&root, arguments),
         "endurance" => attack::endurance(&root, arguments),
+        "yardsticks" => yardsticks::run(&root, arguments),
         "dist" => dist::run(&root, arguments),
         "bundle" => bundle::run(&root, arguments),
         "library" => library::run(&root, arguments),

@@ -3,7 +3,7 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 21] = [
+const ALLOWED: [(&str, &[&str]); 22] = [
     ("seidel-fourier", &[]),
     (
         "seidel-core",
@@ -100,6 +100,15 @@ const ALLOWED: [(&str, &[&str]); 21] = [
             "seidel-image-io",
             "seidel-optics",
             "seidel-trial",
+        ],
+    ),
+    (
+        "seidel-yardsticks",
+        &[
+            "seidel-core",
+            "seidel-fourier",
+            "seidel-image-io",
+            "seidel-optics",
         ],
     ),
     // The test host shares no code with the plugins it tests, so that a mistake is not made twice.
