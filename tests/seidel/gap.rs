@@ -20,10 +20,10 @@ use crate::support::{real_data, succeeds};
 
 /// Small enough for all effects to take a minute or two.
 const SIZE: Size = Size {
-    design: 20,
-    real: 14,
+    design: 16,
+    real: 10,
     holdout: 2,
-    tile: 33,
+    tile: 25,
 };
 
 /// Diagnoses with the effects of `library`, all where it is empty.
