@@ -621,6 +621,18 @@ impl Plate {
         }
     }
 
+    /// Checks, before the work begins, that the plate can be written to `path`.
+    ///
+    /// # Errors
+    /// An extension of no writable format, and content that the format does not allow.
+    pub fn check_output(&self, path: &Path) -> Result<()> {
+        let target = output_row(path)?.0;
+        match &self.source {
+            Source::Exr { image, .. } if target == self.format() => image.check_writable(),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes the plate in the format of the extension of `path`, whole or not at all. Returns warnings about every
     /// change beside the replaced samples, and about everything that the format cannot store.
     ///

@@ -83,6 +83,7 @@ impl<W: ViewWork> FrameWork for AllViews<'_, W> {
 
     fn read(&self, index: usize) -> Result<Self::Loaded, CommandError> {
         let first = self.0.read(index, 0)?;
+        (self.0.plate(&first)).check_output(&self.0.files(index).output)?;
         let others = 1..self.count(index, self.0.plate(&first))?;
         let others = others.map(|view| self.0.read(index, view));
         Ok(LoadedViews {

@@ -13,14 +13,14 @@ use exr::image::read::layers::ReadChannels;
 use exr::image::write::WritableImage;
 use exr::image::{AnyChannels, AnyImage, FlatSamples, Image, Layers, Levels};
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::meta::header::Header;
+use exr::meta::header::{Header, standard_names};
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::ImageAttributes;
 use rayon::prelude::*;
 
 use super::dwa;
-use super::header::correct_headers;
-use super::placeholders::insert_max_samples;
+use super::header::{RawAttribute, correct_headers, read_headers};
+use super::placeholders::insert_dropped;
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
 use crate::guard::catch_panic;
@@ -45,13 +45,29 @@ pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
         attributes: merged_attributes(&meta.headers),
         layer_data,
     };
-    for (layer, header) in image.layer_data.iter_mut().zip(&meta.headers) {
-        // The library forgets it in flat parts.
-        if let Some(Ok(count)) = header.max_samples_per_pixel.map(i32::try_from) {
-            insert_max_samples(&mut layer.attributes, count);
+    let stored = read_headers(&mut &input.file);
+    let stored = stored.map_err(|error| FileError::io(input.path, "be read", &error))?;
+    for ((layer, header), stored) in image.layer_data.iter_mut().zip(&meta.headers).zip(&stored) {
+        for attribute in dropped(header, stored) {
+            let RawAttribute { name, kind, value } = attribute;
+            insert_dropped(&mut layer.attributes, name, kind, value);
         }
     }
     Ok(image)
+}
+
+/// Attributes that the library reads in flat parts and does not write.
+const DROPPED: [&[u8]; 2] = [standard_names::DEEP_DATA_VERSION, standard_names::MAX_SAMPLES];
+
+/// Returns the attributes of a part that the library does not write: values that it cannot read, and those that it expects in
+/// other kinds of parts.
+fn dropped<'a>(header: &Header, stored: &'a [RawAttribute]) -> Vec<&'a RawAttribute> {
+    let kept: HashSet<Vec<u8>> = header.all_named_attributes().map(|(name, _)| name.to_vec()).collect();
+    let is_dropped = |own: &&RawAttribute| {
+        let is_integer = own.kind == b"int";
+        !kept.contains(&own.name) || is_integer && DROPPED.contains(&own.name.as_slice())
+    };
+    stored.iter().filter(is_dropped).collect()
 }
 
 /// Reads the pixels of all parts.
@@ -164,6 +180,20 @@ fn check_headers(input: &InputFile, meta: &MetaData) -> Result<()> {
     input.check_bytes("dataWindow", bytes)
 }
 
+/// The attributes that every part has, each with its type.
+const REQUIRED: [(&[u8], &str); 10] = [
+    (standard_names::CHANNELS, "chlist"),
+    (standard_names::CHUNKS, "int"),
+    (standard_names::COMPRESSION, "compression"),
+    (standard_names::BLOCK_TYPE, "string"),
+    (standard_names::DATA_WINDOW, "box2i"),
+    (standard_names::DISPLAY_WINDOW, "box2i"),
+    (standard_names::LINE_ORDER, "lineOrder"),
+    (standard_names::PIXEL_ASPECT, "float"),
+    (standard_names::WINDOW_CENTER, "v2f"),
+    (standard_names::WINDOW_WIDTH, "float"),
+];
+
 /// Refuses attributes that no program could read once they are written again.
 fn check_attributes(input: &InputFile, header: &Header) -> Result<()> {
     let own = header.own_attributes.other.iter();
@@ -175,6 +205,14 @@ fn check_attributes(input: &InputFile, header: &Header) -> Result<()> {
         };
         if !(is_text(name) && has_type) {
             return Err(input.damaged(&format!("attribute `{name}` has no name or type")));
+        }
+        if let Some((_, kind)) = REQUIRED.iter().find(|(own, _)| *own == name.as_slice()) {
+            return Err(FileError::new(
+                input.path,
+                format!("attribute {name}"),
+                format!("is not of the type {kind}, which the format requires"),
+                "write the file again with a program that follows the format, such as oiiotool",
+            ));
         }
     }
     Ok(())

@@ -3,14 +3,16 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use exr::image::write::layers::WritableLayers;
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
+use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, LineOrder, SampleType, Text};
 use exr::prelude::{Compression, ImageAttributes, LayerAttributes, Vec2};
 
 use super::codec::{Compressing, read_exr, write_exr};
 use super::compression::{ExrCompression, is_lossy};
 use super::library_types::window;
-use super::placeholders::replace_key_codes;
+use super::placeholders::{replace_key_codes, replace_standard_names};
 use super::samples::{full_level, keep_full_level, overwrite, sample_type};
 use super::selection::ChannelPlace;
 use crate::error::{FileError, Result};
@@ -116,7 +118,9 @@ impl ExrImage {
                 layer.encoding.line_order = LineOrder::Increasing;
             }
             replace_key_codes(&mut layer.attributes);
+            replace_standard_names(&mut layer.attributes.other);
         }
+        replace_standard_names(&mut self.image.attributes.other);
     }
 
     /// Returns the path of the file.
@@ -412,6 +416,23 @@ impl ExrImage {
             .filter(|own| !self.warnings.contains(own));
         let new: Vec<String> = new.cloned().collect();
         self.warnings.extend(new);
+    }
+
+    /// Checks that the file can be written again, apart from its target.
+    ///
+    /// # Errors
+    /// Names, windows or attributes that the format does not allow.
+    pub fn check_writable(&self) -> Result<()> {
+        let headers = self.image.layer_data.infer_headers(&self.image.attributes);
+        match MetaData::validate(&headers, true) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(FileError::new(
+                &self.path,
+                "header",
+                format!("cannot be written again ({error})"),
+                "correct the file, or give OUT the extension of another format",
+            )),
+        }
     }
 
     /// Writes the file, whole or not at all.
