@@ -57,12 +57,18 @@ pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
 }
 
 /// Attributes that the library reads in flat parts and does not write.
-const DROPPED: [&[u8]; 2] = [standard_names::DEEP_DATA_VERSION, standard_names::MAX_SAMPLES];
+const DROPPED: [&[u8]; 2] = [
+    standard_names::DEEP_DATA_VERSION,
+    standard_names::MAX_SAMPLES,
+];
 
 /// Returns the attributes of a part that the library does not write: values that it cannot read, and those that it expects in
 /// other kinds of parts.
 fn dropped<'a>(header: &Header, stored: &'a [RawAttribute]) -> Vec<&'a RawAttribute> {
-    let kept: HashSet<Vec<u8>> = header.all_named_attributes().map(|(name, _)| name.to_vec()).collect();
+    let kept: HashSet<Vec<u8>> = header
+        .all_named_attributes()
+        .map(|(name, _)| name.to_vec())
+        .collect();
     let is_dropped = |own: &&RawAttribute| {
         let is_integer = own.kind == b"int";
         !kept.contains(&own.name) || is_integer && DROPPED.contains(&own.name.as_slice())

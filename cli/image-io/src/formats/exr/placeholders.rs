@@ -51,7 +51,12 @@ pub(super) fn replace_standard_names(attributes: &mut HashMap<Text, AttributeVal
 }
 
 /// Adds an attribute that the library drops, by its name, its type and its bytes.
-pub(super) fn insert_dropped(attributes: &mut LayerAttributes, name: &[u8], kind: &[u8], value: &[u8]) {
+pub(super) fn insert_dropped(
+    attributes: &mut LayerAttributes,
+    name: &[u8],
+    kind: &[u8],
+    value: &[u8],
+) {
     let own = AttributeValue::Custom {
         kind: Text::from_slice_unchecked(kind),
         bytes: value.into(),
