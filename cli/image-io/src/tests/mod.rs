@@ -12,6 +12,7 @@ mod observation_sets;
 mod photographs;
 mod png_transfer;
 mod raster_images;
+mod unusual_files;
 
 use std::path::Path;
 

@@ -22,8 +22,8 @@ use seidel_image_io::sequence::{FramePattern, expand_frames};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
-    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100 or 1-9x2
-    #[arg(long)]
+    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100, 1-9x2 or -3-3
+    #[arg(long, allow_hyphen_values = true)]
     frames: Option<String>,
     /// Number of threads; all cores if omitted
     #[arg(long, value_parser = parse_threads)]

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use exr::block::chunk::Chunk;
@@ -19,7 +19,7 @@ use exr::prelude::ImageAttributes;
 use rayon::prelude::*;
 
 use super::dwa;
-use super::header::{RawAttribute, correct_headers, read_headers};
+use super::header::{RawAttribute, correct_headers, headers_end, read_headers};
 use super::placeholders::insert_dropped;
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
@@ -36,17 +36,19 @@ const BATCH: usize = 64;
 /// more pixels than the file can hold.
 pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
     let refuse = |error: exr::error::Error| refusal(input, &error);
+    let mut file = &input.file;
+    let stored = read_headers(&mut file).and_then(|stored| file.rewind().map(|()| stored));
+    let stored = stored.map_err(|error| input.damaged(&format!("its header: {error}")))?;
     let reader = block::read(BufReader::new(&input.file), false).map_err(refuse)?;
     let meta = reader.meta_data().clone();
     check_headers(input, &meta)?;
 
-    let layer_data = read_layers(input, reader, &meta)?;
+    let has_offsets = has_offsets(input, &meta, &stored);
+    let layer_data = read_layers(input, reader, &meta, has_offsets)?;
     let mut image = Image {
         attributes: merged_attributes(&meta.headers),
         layer_data,
     };
-    let stored = read_headers(&mut &input.file);
-    let stored = stored.map_err(|error| FileError::io(input.path, "be read", &error))?;
     for ((layer, header), stored) in image.layer_data.iter_mut().zip(&meta.headers).zip(&stored) {
         for attribute in dropped(header, stored) {
             let RawAttribute { name, kind, value } = attribute;
@@ -76,12 +78,16 @@ fn dropped<'a>(header: &Header, stored: &'a [RawAttribute]) -> Vec<&'a RawAttrib
     stored.iter().filter(is_dropped).collect()
 }
 
+/// The parts of a flat file.
+type FlatLayers = Layers<AnyChannels<Levels<FlatSamples>>>;
+
 /// Reads the pixels of all parts.
 fn read_layers(
     input: &InputFile,
     reader: Reader<BufReader<&File>>,
     meta: &MetaData,
-) -> Result<Layers<AnyChannels<Levels<FlatSamples>>>> {
+    has_offsets: bool,
+) -> Result<FlatLayers> {
     let refuse = |error: exr::error::Error| refusal(input, &error);
     let wanted = exr::image::read::read()
         .no_deep_data()
@@ -89,11 +95,51 @@ fn read_layers(
         .all_channels()
         .all_layers();
     let mut layers = wanted.create_layers_reader(&meta.headers).map_err(refuse)?;
-    let mut chunks = reader
-        .filter_chunks(false, |meta, tile, block| {
+    if has_offsets {
+        let chunks = reader.filter_chunks(false, |meta, tile, block| {
             layers.filter_block(meta, tile, block)
-        })
-        .map_err(refuse)?;
+        });
+        read_blocks(input, chunks.map_err(refuse)?, meta, &mut layers)?;
+    } else {
+        read_blocks(
+            input,
+            reader.all_chunks(false).map_err(refuse)?,
+            meta,
+            &mut layers,
+        )?;
+    }
+    Ok(layers.into_layers())
+}
+
+/// Returns whether the file states where its blocks are. A writer that was stopped leaves zeros; the blocks then follow each
+/// other.
+fn has_offsets(input: &InputFile, meta: &MetaData, stored: &[Vec<RawAttribute>]) -> bool {
+    let count: usize = meta.headers.iter().map(|header| header.chunk_count).sum();
+    let mut offsets = Vec::new();
+    let mut file = &input.file;
+    let mut read = || {
+        let place = file.stream_position()?;
+        file.seek(SeekFrom::Start(headers_end(stored)))?;
+        file.take(8 * count as u64).read_to_end(&mut offsets)?;
+        // The library goes on reading where it was.
+        file.seek(SeekFrom::Start(place))
+    };
+    let is_read = read().is_ok();
+    let (offsets, _) = offsets.as_chunks::<8>();
+    !is_read || offsets.iter().all(|offset| *offset != [0; 8])
+}
+
+/// Reads the pixels of the blocks into `layers`.
+fn read_blocks<L>(
+    input: &InputFile,
+    mut chunks: impl ChunksReader,
+    meta: &MetaData,
+    layers: &mut L,
+) -> Result<()>
+where
+    L: LayersReader,
+{
+    let refuse = |error: exr::error::Error| refusal(input, &error);
     let expected = chunks.expected_chunk_count();
     let mut found = HashSet::new();
     loop {
@@ -123,7 +169,7 @@ fn read_layers(
         let missing = expected - found.len();
         return Err(input.damaged(&format!("{missing} of {expected} blocks are missing")));
     }
-    Ok(layers.into_layers())
+    Ok(())
 }
 
 /// Returns the attributes that all parts share. The format stores them once for the whole file, but some writers put

@@ -70,6 +70,16 @@ pub(super) fn read_headers(file: &mut (impl Read + Seek)) -> io::Result<Vec<Vec<
     }
 }
 
+/// Returns the offset of the first byte behind `headers`, which is where the offsets of the blocks are.
+pub(super) fn headers_end(headers: &[Vec<RawAttribute>]) -> u64 {
+    let size = |own: &RawAttribute| own.name.len() + own.kind.len() + own.value.len() + 6;
+    let all = headers
+        .iter()
+        .map(|own| own.iter().map(size).sum::<usize>() + 1);
+    let end = usize::from(headers.len() > 1);
+    FIRST_HEADER + (all.sum::<usize>() + end) as u64
+}
+
 /// Corrects all headers of a file that was just written.
 ///
 /// # Errors
