@@ -38,7 +38,7 @@ impl ChannelSpec {
         let is_image = |at: &usize| Format::from_path(Path::new(&text[..*at])).is_some();
         let at = (colons().find(|&at| Path::new(&text[..at]).is_file()))
             .or_else(|| colons().find(is_image))
-            .or_else(|| colons().last().filter(|&at| !is_of_path(text, at)));
+            .or_else(|| text.rfind(':').filter(|&at| !is_of_path(text, at)));
         match at.map(|at| (&text[..at], &text[at + 1..])) {
             Some((file, channel)) if !file.is_empty() && !channel.is_empty() => Self {
                 file: file.into(),

@@ -2,15 +2,16 @@
 
 mod colour_space;
 mod convert;
+mod non_finite;
+mod views;
 
-use std::fmt;
 use std::path::Path;
 
+pub use self::non_finite::NonFiniteSamples;
+use self::views::parts_of;
 use crate::error::{FileError, Result};
 use crate::format::Format;
-use crate::formats::exr::{
-    self, ChannelId, ColourChannels, DepthOwner, ExrCompression, ExrImage, ViewChoice,
-};
+use crate::formats::exr::{self, ColourChannels, DepthOwner, ExrCompression, ExrImage, ViewChoice};
 use crate::formats::output_row;
 use crate::image_channel::ImageChannel;
 use crate::image_file::ImageFile;
@@ -68,47 +69,6 @@ enum Source {
         image: RasterImage,
         encoding: Encoding,
     },
-}
-
-/// NaN and infinite samples of a channel.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NonFiniteSamples {
-    /// The name of the channel.
-    pub channel: String,
-    /// The number of samples that are not finite.
-    pub count: usize,
-    /// Column and row of the first, from the top-left pixel of the data window.
-    pub first: (usize, usize),
-}
-
-impl fmt::Display for NonFiniteSamples {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (column, row) = self.first;
-        let (channel, count) = (&self.channel, self.count);
-        if count == 1 {
-            return write!(
-                f,
-                "channel {channel}: the sample at column {column}, row {row} is NaN or infinite"
-            );
-        }
-        write!(
-            f,
-            "channel {channel}: {count} samples are NaN or infinite, the first at column {column}, row {row}"
-        )
-    }
-}
-
-impl NonFiniteSamples {
-    /// Finds the NaN and infinite samples of a plane of `width` pixels per row; `None` if all are finite.
-    fn find(channel: &str, width: usize, plane: &[f32]) -> Option<Self> {
-        let first = plane.iter().position(|v| !v.is_finite())?;
-        let width = width.max(1);
-        Some(Self {
-            channel: channel.to_owned(),
-            count: plane.iter().filter(|v| !v.is_finite()).count(),
-            first: (first % width, first / width),
-        })
-    }
 }
 
 impl Plate {
@@ -304,65 +264,6 @@ impl Plate {
             });
             self.windows.data = window;
         }
-    }
-
-    /// Returns the number of views of the plate, this one included.
-    pub fn view_count(&self) -> usize {
-        match &self.source {
-            Source::Exr { other_views, .. } => 1 + other_views.len(),
-            Source::Raster { .. } => 1,
-        }
-    }
-
-    /// Returns the name of the view, such as an eye, if the file states it.
-    pub fn view(&self) -> Option<&str> {
-        match &self.source {
-            Source::Exr { channels, .. } => channels.view.as_deref(),
-            Source::Raster { .. } => None,
-        }
-    }
-
-    /// Takes the colour and alpha of `other`, another view of the same file.
-    pub fn take_view(&mut self, other: &Self) {
-        let theirs = &other.source;
-        if let (
-            Source::Exr {
-                image, channels, ..
-            },
-            Source::Exr {
-                image: from,
-                channels: taken,
-                ..
-            },
-        ) = (&mut self.source, theirs)
-        {
-            image.take_channels(from, &taken.all());
-            self.windows.data = image.data_window(channels.colour[0]);
-        }
-    }
-
-    /// Returns notes on which part, layer and view are the plate, where the file has others.
-    pub fn channels_notes(&self) -> Vec<String> {
-        let Source::Exr {
-            image,
-            channels,
-            unchanged_views,
-            ..
-        } = &self.source
-        else {
-            return Vec::new();
-        };
-        let ids = channels.colour.iter().chain(&channels.alpha);
-        let names: Vec<String> = ids.map(|&id| image.full_name_of(id)).collect();
-        let chosen = channels.reason.as_ref();
-        let chosen = chosen.map(|reason| format!("the plate is {}: {reason}", names.join(", ")));
-        let unchanged = (!unchanged_views.is_empty()).then(|| {
-            format!(
-                "views that stay as they are: {}",
-                unchanged_views.join(", ")
-            )
-        });
-        chosen.into_iter().chain(unchanged).collect()
     }
 
     /// Quantises the samples to the sample format of the file. EXR planes are quantised when they are set.
@@ -651,16 +552,4 @@ impl Plate {
             Source::Raster { image, .. } => image.write(path),
         }
     }
-}
-
-/// Returns the colour and alpha channels of `views`, one list for each part.
-fn parts_of(views: &[ColourChannels]) -> Vec<Vec<ChannelId>> {
-    let mut parts: Vec<Vec<ChannelId>> = Vec::new();
-    for id in views.iter().flat_map(ColourChannels::all) {
-        match parts.iter_mut().find(|part| part[0].part() == id.part()) {
-            Some(part) => part.push(id),
-            None => parts.push(vec![id]),
-        }
-    }
-    parts
 }

@@ -24,9 +24,9 @@ pub(crate) struct DepthChoice {
     pub(crate) others: Vec<ChannelPlace>,
 }
 
-/// The pass whose depth is sought.
+/// The colour whose depth is looked for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sought<'a> {
+pub(super) struct DepthContext<'a> {
     /// The pass of the colour; `None` in a file of depth alone.
     pub(super) colour: Option<&'a Pass>,
     /// The view of the plate.
@@ -55,15 +55,15 @@ struct Candidate {
     closeness: Closeness,
 }
 
-/// Chooses the depth channel of `sought`. `is_equal` tells whether two channels hold the same samples.
+/// Chooses the depth channel of `context`. `is_equal` tells whether two channels hold the same samples.
 pub(super) fn choose(
     passes: &[Pass],
-    sought: Sought,
+    context: DepthContext,
     is_equal: &dyn Fn(ChannelPlace, ChannelPlace) -> bool,
 ) -> Result<DepthChoice, NoDepth> {
-    let candidates = passes.iter().flat_map(|pass| candidates(pass, sought));
+    let candidates = passes.iter().flat_map(|pass| candidates(pass, context));
     let candidates: Vec<Candidate> = candidates.collect();
-    let candidates = of_view(passes, candidates, sought.view)?;
+    let candidates = of_view(passes, candidates, context.view)?;
     let Some(best) = candidates.iter().map(|own| own.closeness).min() else {
         return Err(NoDepth::Missing);
     };
@@ -114,7 +114,7 @@ fn of_view(
 }
 
 /// Returns the channels of a pass that may be depth.
-fn candidates(pass: &Pass, sought: Sought) -> Vec<Candidate> {
+fn candidates(pass: &Pass, context: DepthContext) -> Vec<Candidate> {
     if is_vector(pass) {
         return Vec::new();
     }
@@ -123,10 +123,10 @@ fn candidates(pass: &Pass, sought: Sought) -> Vec<Candidate> {
         view: pass.view.clone(),
         closeness,
     };
-    let is_own = (sought.colour)
+    let is_own = (context.colour)
         .is_some_and(|colour| (colour.part, &colour.prefix) == (pass.part, &pass.prefix));
     if let Some(channel) = of_depth_layer(pass) {
-        let closeness = closeness(&pass.path, sought, depth_source(pass.name()).is_some());
+        let closeness = closeness(&pass.path, context, depth_source(pass.name()).is_some());
         return vec![candidate(channel, closeness)];
     }
     let holds_colour = pass.path.is_empty() || is_own || beauty_source(pass.name()).is_some();
@@ -143,10 +143,10 @@ fn candidates(pass: &Pass, sought: Sought) -> Vec<Candidate> {
         let closeness = match name.as_str() {
             "Z" | "z" if is_own => Closeness::SamePass,
             _ if pass.path.is_empty() || beauty_source(pass.name()).is_none() => {
-                closeness(&path, sought, true)
+                closeness(&path, context, true)
             }
             // Beside R, G and B of a part `rgba` as beside those of the root.
-            _ => closeness(&path[path.len() - 1..], sought, true),
+            _ => closeness(&path[path.len() - 1..], context, true),
         };
         Some(candidate(*channel, closeness))
     });
@@ -182,12 +182,12 @@ fn of_depth_layer(pass: &Pass) -> Option<usize> {
     }
 }
 
-fn closeness(path: &[String], sought: Sought, has_known_name: bool) -> Closeness {
+fn closeness(path: &[String], context: DepthContext, has_known_name: bool) -> Closeness {
     if !has_known_name {
         return Closeness::Resembling;
     }
     let parent = &path[..path.len().saturating_sub(1)];
-    match sought.colour {
+    match context.colour {
         Some(colour) if !colour.path.is_empty() && parent == colour.path => Closeness::Child,
         Some(colour) if parent == colour.parent() => Closeness::Sibling,
         None if parent.is_empty() => Closeness::Sibling,

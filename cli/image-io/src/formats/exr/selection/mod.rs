@@ -12,7 +12,7 @@ pub(crate) use self::colour::{ColourChoice, NoColour};
 pub(crate) use self::depth::{DepthChoice, NoDepth};
 pub(crate) use self::passes::{ChannelPlace, PartNames};
 
-use self::depth::Sought;
+use self::depth::DepthContext;
 use self::passes::Pass;
 
 /// The passes of a file, to choose from.
@@ -52,7 +52,7 @@ impl Selection {
     ) -> Result<DepthChoice, NoDepth> {
         let colour = colour.and_then(|place| self.pass_of(place));
         let view = colour.map_or(view, |pass| pass.view.as_deref());
-        depth::choose(&self.passes, Sought { colour, view }, is_equal)
+        depth::choose(&self.passes, DepthContext { colour, view }, is_equal)
     }
 
     /// Chooses the channel called `name`; among several of that name the one that belongs to `colour` or `view`.

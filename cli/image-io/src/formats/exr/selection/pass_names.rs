@@ -49,7 +49,7 @@ const DEPTH: [PassName; 12] = [
 ];
 
 /// Names of passes that are not the finished picture: geometry, identifiers, masks, and parts of the light.
-const OTHER: [&str; 85] = [
+const OTHER: [&str; 82] = [
     // Geometry.
     "n",
     "nn",
@@ -75,9 +75,6 @@ const OTHER: [&str; 85] = [
     "st",
     "texcoord",
     "vector",
-    "motion",
-    "motionvector",
-    "motionvectors",
     "vrayvelocity",
     "velocity",
     "forward",
@@ -140,6 +137,9 @@ const OTHER: [&str; 85] = [
     "mist",
 ];
 
+/// Beginnings of the names of such passes: Cryptomatte, and vectors of motion.
+const OTHER_BEGINNINGS: [&str; 2] = ["crypto", "motio"];
+
 /// Returns `name` in lower case, letters and digits alone.
 fn normalised(name: &str) -> String {
     let letters = name.chars().filter(|c| c.is_alphanumeric());
@@ -176,7 +176,7 @@ pub(super) fn resembles_depth(name: &str) -> bool {
 pub(super) fn is_other(name: &str) -> bool {
     let name = normalised(name);
     OTHER.contains(&name.as_str())
-        || name.contains("crypto")
+        || OTHER_BEGINNINGS.iter().any(|start| name.starts_with(start))
         || depth_source(&name).is_some()
         || resembles_depth(&name)
 }

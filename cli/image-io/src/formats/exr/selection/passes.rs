@@ -11,7 +11,7 @@ pub(crate) struct PartNames {
     pub(crate) name: Option<String>,
     /// The attribute `view`.
     pub(crate) view: Option<String>,
-    /// The attribute `multiView`: views whose channels are told apart by their names, the default view first.
+    /// The attribute `multiView`: views whose channels are distinguished by their names, the default view first.
     pub(crate) views: Vec<String>,
     /// Full names of the channels.
     pub(crate) channels: Vec<String>,
@@ -43,12 +43,12 @@ pub(super) struct Pass {
     pub(super) part: usize,
     /// Name of the part, if it has one.
     pub(super) part_name: Option<String>,
-    /// What stands before the last dot of the names; empty for root channels.
+    /// The text before the last dot of the names; empty for root channels.
     pub(super) prefix: String,
     /// The layers that hold the channels, outermost first, by the names of part and channels, without view.
     pub(super) path: Vec<String>,
     pub(super) view: Option<String>,
-    /// What stands after the last dot, with the index in the part.
+    /// The text after the last dot, with the index in the part.
     pub(super) components: Vec<(String, usize)>,
 }
 
