@@ -10,7 +10,7 @@ use tiff::tags::Tag;
 use crate::description::Description;
 use crate::plate::{Plate, PlateOptions};
 use crate::raster::RasterImage;
-use crate::samples::{Encoding, SampleFormat};
+use crate::samples::SampleFormat;
 
 /// Returns a chunk with its length and checksum, as the encoder writes it after the header.
 pub(crate) fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {

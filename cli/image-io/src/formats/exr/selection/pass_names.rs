@@ -137,8 +137,8 @@ const OTHER: [&str; 82] = [
     "mist",
 ];
 
-/// Beginnings of the names of such passes: Cryptomatte, and vectors of motion.
-const OTHER_BEGINNINGS: [&str; 2] = ["crypto", "motio"];
+/// Parts of the names of such passes: Cryptomatte, and vectors of motion.
+const OTHER_WORDS: [&str; 2] = ["crypto", "motio"];
 
 /// Returns `name` in lower case, letters and digits alone.
 fn normalised(name: &str) -> String {
@@ -176,7 +176,7 @@ pub(super) fn resembles_depth(name: &str) -> bool {
 pub(super) fn is_other(name: &str) -> bool {
     let name = normalised(name);
     OTHER.contains(&name.as_str())
-        || OTHER_BEGINNINGS.iter().any(|start| name.starts_with(start))
+        || OTHER_WORDS.iter().any(|word| name.contains(word))
         || depth_source(&name).is_some()
         || resembles_depth(&name)
 }
