@@ -51,4 +51,5 @@ mod stored_profiles;
 mod support;
 mod verbose;
 mod view;
+mod which_picture;
 mod windows;

@@ -23,7 +23,8 @@ enum Piece {
 }
 
 impl FramePattern {
-    /// Parses a path. `%d`, `%4d`, `%04d` and runs of `#` stand for the frame number, `%%` for a percent sign.
+    /// Parses a path. `%d`, `%4d`, `%04d`, and runs of `#` in the name of the file, stand for the frame number, `%%` for a
+    /// percent sign. In the names of folders `#` is a letter.
     pub fn parse(path: impl AsRef<Path>) -> Self {
         let path = path.as_ref().to_path_buf();
         let mut pieces = Vec::new();
@@ -56,8 +57,14 @@ impl FramePattern {
 #[cfg(unix)]
 fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
     use std::os::unix::ffi::OsStrExt;
-    for chunk in path.as_bytes().utf8_chunks() {
-        push_pieces_of_text(chunk.valid(), pieces);
+    let bytes = path.as_bytes();
+    let mut name = bytes
+        .iter()
+        .rposition(|b| *b == b'/')
+        .map_or(0, |at| at + 1);
+    for chunk in bytes.utf8_chunks() {
+        push_pieces_of_text(chunk.valid(), name, pieces);
+        name = name.saturating_sub(chunk.valid().len() + chunk.invalid().len());
         pieces.push(Piece::Text(OsStr::from_bytes(chunk.invalid()).to_owned()));
     }
 }
@@ -66,12 +73,16 @@ fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
 #[cfg(not(unix))]
 fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
     match path.to_str() {
-        Some(text) => push_pieces_of_text(text, pieces),
+        Some(text) => {
+            let name = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+            push_pieces_of_text(text, name, pieces);
+        }
         None => pieces.push(Piece::Text(path.to_owned())),
     }
 }
 
-fn push_pieces_of_text(path: &str, pieces: &mut Vec<Piece>) {
+/// Adds the pieces of `path`, in which the name of the file begins at the byte `name`.
+fn push_pieces_of_text(path: &str, name: usize, pieces: &mut Vec<Piece>) {
     let mut text = String::new();
     let mut rest = path;
     while let Some(first) = rest.chars().next() {
@@ -79,7 +90,7 @@ fn push_pieces_of_text(path: &str, pieces: &mut Vec<Piece>) {
             text.push('%');
             rest = escaped;
             continue;
-        } else if first == '#' {
+        } else if first == '#' && path.len() - rest.len() >= name {
             let run = rest.len() - rest.trim_start_matches('#').len();
             (run, Some(run))
         } else {
@@ -219,6 +230,8 @@ mod tests {
             ("é.%04d.exr", -7, "é.-007.exr"),
             ("100%.exr", 1, "100%.exr"),
             ("%s.%.exr", 1, "%s.%.exr"),
+            ("shot#3/p.%04d.exr", 3, "shot#3/p.0003.exr"),
+            ("a#/b##/p.###.exr", 3, "a#/b##/p.003.exr"),
         ] {
             assert_eq!(FramePattern::parse(pattern).path(frame), Path::new(path));
         }
@@ -244,6 +257,7 @@ mod tests {
         assert_eq!(parse_frames("1-7x3").expect("step"), [1, 4, 7]);
         assert_eq!(parse_frames("1,5, 4-6").expect("mixed"), [1, 5, 4, 6]);
         assert_eq!(parse_frames("-2-1").expect("negative"), [-2, -1, 0, 1]);
+        assert_eq!(parse_frames("-3--1").expect("negative"), [-3, -2, -1]);
         for bad in [
             "",
             "a",

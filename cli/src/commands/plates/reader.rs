@@ -19,6 +19,7 @@ use crate::Console;
 use crate::commands::CommandError;
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
+use seidel_image_io::formats::exr::ViewChoice;
 use seidel_image_io::lens_profile;
 use seidel_image_io::plate::Plate;
 use seidel_image_io::windows::{ImageWindows, PixelWindow};
@@ -160,14 +161,18 @@ impl<'a> PlateReader<'a> {
         Ok(look_record(lens.session.settings()))
     }
 
-    /// Reads the plate of the frame at `index` of the run, and its depth.
+    /// Reads a view of the plate of the frame at `index` of the run, and its depth.
     pub(crate) fn read(
         &self,
         frame: &FrameFiles,
         index: usize,
+        view: usize,
     ) -> Result<LoadedPlate, CommandError> {
-        let plate = Plate::open(&frame.input, &self.args.plate.options())?;
+        let plate = Plate::open_view(&frame.input, &self.args.plate.options(), view)?;
         let mut warnings = Vec::new();
+        if index == 0 {
+            warnings.extend(plate.channels_notes());
+        }
         let colour = self.colour.as_ref();
         let colour = colour.map(|colour| colour.of_plate(&plate, &mut warnings));
         let colour = colour.transpose()?;
@@ -237,7 +242,19 @@ impl<'a> PlateReader<'a> {
         loaded: &mut LoadedPlate,
         file: &Path,
     ) -> Result<(Plate, Image), CommandError> {
-        let mut image = Plate::open(file, &self.args.plate.options())?;
+        let mut options = self.args.plate.options();
+        if let Some(view) = loaded.plate.view() {
+            options.view = ViewChoice::Named(view.to_owned());
+        }
+        // A background without views is that of every view.
+        let mut image = Plate::open(file, &options).or_else(|error| {
+            options.view = ViewChoice::All;
+            let other = Plate::open(file, &options);
+            other
+                .ok()
+                .filter(|plate| plate.view().is_none())
+                .ok_or(error)
+        })?;
         let (own, plate) = (image.windows(), loaded.plate.windows());
         if own.display != plate.display || !own.data.contains(plate.data) {
             let describe = |windows: ImageWindows| {

@@ -9,8 +9,9 @@ use serde_json::json;
 use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
-use super::queue::{FrameResult, FrameWork, Resources, run_pipeline};
+use super::queue::{FrameResult, Resources, run_pipeline};
 use super::resume::unfinished;
+use super::views::{AllViews, ViewWork};
 use crate::Console;
 use crate::commands::{CommandError, parse_threads, thread_pool};
 use crate::progress::{ProgressArgs, ProgressBar};
@@ -21,8 +22,8 @@ use seidel_image_io::sequence::{FramePattern, expand_frames};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
-    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100 or 1-9x2
-    #[arg(long)]
+    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100, 1-9x2 or -3-3
+    #[arg(long, allow_hyphen_values = true)]
     frames: Option<String>,
     /// Number of threads; all cores if omitted
     #[arg(long, value_parser = parse_threads)]
@@ -176,18 +177,24 @@ impl Run {
     /// The error of a single plate, or those of all frames that failed.
     pub(crate) fn process(
         &self,
-        work: &impl FrameWork<Processed = FinishedFrame>,
+        work: &impl ViewWork,
         console: &mut Console,
     ) -> Result<(), CommandError> {
         let count = self.frames.len();
         let mut failed = Vec::new();
         let write = |index, frame| self.write(index, frame);
-        run_pipeline(work, write, count, &self.resources, |index, result| {
-            let frame = &self.frames[index];
-            let report = || failed.extend(report_frame(frame, result, console));
-            self.bar.suspend(report);
-            self.show_progress(index, 1.0);
-        });
+        run_pipeline(
+            &AllViews(work),
+            write,
+            count,
+            &self.resources,
+            |index, result| {
+                let frame = &self.frames[index];
+                let report = || failed.extend(report_frame(frame, result, console));
+                self.bar.suspend(report);
+                self.show_progress(index, 1.0);
+            },
+        );
         self.bar.clear();
         match failed.len() {
             0 => Ok(()),
