@@ -138,6 +138,10 @@ fn value_text(value: &AttributeValue) -> String {
         AttributeValue::F32(v) => v.to_string(),
         AttributeValue::F64(v) => v.to_string(),
         AttributeValue::Rational((numerator, denominator)) => format!("{numerator}/{denominator}"),
+        AttributeValue::IntegerBounds(bounds) => {
+            let (start, end) = (bounds.position, bounds.max());
+            format!("{} {} {} {}", start.x(), start.y(), end.x(), end.y())
+        }
         AttributeValue::IntVec2(v) => format!("{} {}", v.x(), v.y()),
         AttributeValue::FloatVec2(v) => list(&[v.x(), v.y()]),
         AttributeValue::FloatVec3((x, y, z)) => list(&[*x, *y, *z]),
