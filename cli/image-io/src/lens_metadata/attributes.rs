@@ -99,6 +99,18 @@ pub fn of_exr_header(path: &Path) -> Result<Option<FrameRecord>> {
     of_plate(path).map(Some)
 }
 
+/// Returns the time code of a plate; `None` for one without, and for formats that have none.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn time_code(path: &Path) -> Result<Option<TimeCode>> {
+    let (format, _) = row_of_file(path)?;
+    if !format.capabilities.common_metadata {
+        return Ok(None);
+    }
+    Ok(of_plate(path)?.time_code)
+}
+
 /// Returns the statements in the attributes of a file. The part that holds the beauty pass is preferred.
 pub(crate) fn of_parts(parts: &[Part]) -> FrameRecord {
     let is_beauty = |part: &&Part| part.channels.iter().any(|(name, _)| name == "R");

@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 pub(crate) use attributes::of_parts;
-pub use attributes::{of_exr_header, of_plate};
+pub use attributes::{of_exr_header, of_plate, time_code};
 pub use matching::{FrameMatch, ShotFrame, match_frames};
 pub use plausibility::{Implausible, Optics};
 pub use shot::{Column, Columns, ShotRecord, ShotUse, columns};
@@ -58,6 +58,16 @@ impl Quantity {
         Self::FocalLength,
         Self::FilmBack,
     ];
+
+    /// Returns the name of the knob that takes the value, also its column in a table of `--animate`.
+    pub fn knob(self) -> &'static str {
+        match self {
+            Self::Focus => "focus-distance",
+            Self::FNumber => "f-number",
+            Self::FocalLength => "focal-length-mm",
+            Self::FilmBack => "film-back-mm",
+        }
+    }
 
     /// Returns the name for messages.
     pub fn name(self) -> &'static str {

@@ -6,6 +6,7 @@ mod args;
 mod colour;
 mod depth;
 mod depth_check;
+mod depth_unit;
 mod finished_frame;
 mod frame_lens;
 mod frames;
@@ -16,6 +17,8 @@ mod queue;
 mod reader;
 mod resume;
 mod run;
+mod shot_lens;
+mod shot_metadata;
 mod side_images;
 mod side_inputs;
 
@@ -28,6 +31,7 @@ pub(crate) use look::LookArgs;
 pub(crate) use queue::FrameWork;
 pub(crate) use reader::{LoadedPlate, LookUse, PlateReader};
 pub(crate) use run::{Run, RunArgs};
+pub(crate) use shot_lens::LENS_METADATA;
 pub(crate) use side_inputs::{SideInputs, channel_parser};
 
 /// The settings of a frame by name, for provenance and residuals.
