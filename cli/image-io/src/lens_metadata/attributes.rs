@@ -185,7 +185,7 @@ fn add_reading(attributes: &Attributes, row: &Row, record: &mut FrameRecord) {
             .map(|stop| new(stop.value, UnitSource::Defined, text.to_owned())),
         // Of a vector such as the size of the sensor, the first number is meant.
         _ => (number::parse_length(text).or_else(|| number::parse_length(first)))
-            .and_then(|length| of_length(&length, row, first, &new)),
+            .and_then(|length| of_length(&length, row, first, new)),
     };
     // Shown and refused as it stands, if its use is requested.
     let unreadable = || new(f64::NAN, UnitSource::Defined, text.to_owned());
