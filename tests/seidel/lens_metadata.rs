@@ -291,7 +291,7 @@ fn values_that_cannot_be_true_are_refused_by_file_and_field() {
         "--lens-metadata plate",
     );
     assert!(
-        infinite.contains("focus inf m from attribute `focus`"),
+        infinite.contains("focus inf from attribute `focus`"),
         "{infinite}"
     );
 }

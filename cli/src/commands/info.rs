@@ -9,7 +9,7 @@ use super::CommandError;
 use crate::Console;
 use seidel_image_io::description::Description;
 use seidel_image_io::error::FileError;
-use seidel_image_io::lens_metadata::{FrameRecord, Sidecar, lines, range_lines};
+use seidel_image_io::lens_metadata::{FrameRecord, Sidecar, is_table, lines, range_lines};
 use seidel_image_io::sequence::FramePattern;
 
 /// Options of `seidel info`.
@@ -22,9 +22,6 @@ pub struct InfoArgs {
     #[arg(long)]
     json: bool,
 }
-
-/// Extensions of tables of lens settings.
-const TABLES: [&str; 5] = ["csv", "json", "jsonl", "tsv", "txt"];
 
 /// The description of a file.
 #[derive(Serialize)]
@@ -40,10 +37,7 @@ enum Described {
 
 impl Described {
     fn read(path: &Path) -> Result<Self, FileError> {
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        let is_table =
-            extension.is_some_and(|own| TABLES.iter().any(|table| own.eq_ignore_ascii_case(table)));
-        if !is_table {
+        if !is_table(path) {
             return Description::read(path).map(Self::Image);
         }
         let table = Sidecar::open(path)?;

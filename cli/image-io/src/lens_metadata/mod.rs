@@ -32,7 +32,7 @@ pub use attributes::{of_exr_header, of_plate, time_code};
 pub use matching::{FrameMatch, ShotFrame, match_frames};
 pub use plausibility::{Implausible, Optics};
 pub use shot::{Column, Columns, ShotRecord, ShotUse, columns};
-pub use sidecar::Sidecar;
+pub use sidecar::{Sidecar, is_table};
 pub use summary::{knowledge, lines, range_lines};
 pub use time_code::TimeCode;
 
@@ -83,6 +83,7 @@ impl Quantity {
     pub fn text(self, value: f64) -> String {
         let value = number::rounded(value);
         match self {
+            Self::Focus if value == "inf" => value,
             Self::Focus => format!("{value} m"),
             Self::FNumber => value,
             Self::FocalLength | Self::FilmBack => format!("{value} mm"),

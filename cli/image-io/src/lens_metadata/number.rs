@@ -73,7 +73,7 @@ pub(super) fn parse_stop(text: &str) -> Option<Stop> {
             decimal(base * (stops / 2.0).exp2())
         }
     };
-    value.is_finite().then_some(Stop { value, is_t_stop })
+    Some(Stop { value, is_t_stop })
 }
 
 /// Returns the exact value of a full stop, a power of the square root of two, that rings write with two digits.

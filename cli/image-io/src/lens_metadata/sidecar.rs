@@ -1,4 +1,4 @@
-//! Tables of lens settings beside a shot: their dialects, told apart by their first lines.
+//! Tables of lens settings beside a shot, with the dialect recognised by the first lines.
 
 use std::path::{Path, PathBuf};
 
@@ -11,6 +11,19 @@ const LIMIT_BYTES: u64 = 256 * 1024 * 1024;
 
 /// Length of the start of a file that identifies its dialect, characters.
 const START: usize = 8192;
+
+/// Extensions of tables.
+const EXTENSIONS: [&str; 5] = ["csv", "json", "jsonl", "tsv", "txt"];
+
+/// Returns whether a path has an extension of tables, not of pictures.
+pub fn is_table(path: &Path) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    extension.is_some_and(|own| {
+        EXTENSIONS
+            .iter()
+            .any(|table| own.eq_ignore_ascii_case(table))
+    })
+}
 
 /// A kind of table.
 pub(super) struct Dialect {

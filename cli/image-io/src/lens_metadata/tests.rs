@@ -188,7 +188,7 @@ fn stops_lengths_and_time_codes_are_read_as_makers_write_them() {
     assert_eq!(stop("T5.6"), Some(5.6));
     assert_eq!(stop("4"), Some(4.0));
     assert_eq!(stop("5.6 + 0/10"), Some(5.656_854_25));
-    assert_eq!(["", "T", "1.4 + x", "inf", "3 1/10"].map(stop), [None; 5]);
+    assert_eq!(["", "T", "1.4 + x", "nan", "3 1/10"].map(stop), [None; 5]);
     let length =
         |text| number::parse_length(text).map(|length| (length.value, length.unit.to_owned()));
     assert_eq!(length("991mm"), Some((991.0, "mm".to_owned())));

@@ -96,10 +96,11 @@ impl PlateReader<'_> {
             Quantity::FilmBack => &["film-back-mm", "lens-scale"],
             _ => &[quantity.knob()],
         };
+        if names.iter().any(|name| self.is_animated(name)) {
+            return Some("--animate".to_owned());
+        }
         let option = self.args.lens.options.given(names);
-        let option = option.map(|name| format!("--{name}"));
-        let is_animated = names.iter().any(|name| self.is_animated(name));
-        option.or_else(|| is_animated.then(|| "--animate".to_owned()))
+        option.map(|name| format!("--{name}"))
     }
 
     /// Returns whether the lens can follow a quantity.
