@@ -130,12 +130,11 @@ fn by_number<'s>(sidecar: &'s Sidecar, frames: &[ShotFrame]) -> Result<FrameMatc
             rule: "by frame number".to_owned(),
         });
     }
-    // A counter of the clip says nothing about the numbers of a plate.
-    let counts_clip = known
-        .keys()
-        .next()
-        .is_none_or(|first| [0, 1].contains(first));
-    if counts_clip && records.len() == frames.len() && is_consecutive(numbers.as_deref()) {
+    // A counter of the clip says nothing about the numbers of a plate, and a single picture has none.
+    let first = known.keys().next();
+    let is_comparable = numbers.is_some() && first.is_some_and(|first| ![0, 1].contains(first));
+    let fits = records.len() == frames.len() && is_consecutive(numbers.as_deref());
+    if fits && !is_comparable {
         return Ok(FrameMatch {
             records: records.iter().collect(),
             rule: "in order, as neither time code nor frame number is common to both".to_owned(),

@@ -255,6 +255,13 @@ fn tables_of_other_frames_are_refused() {
     );
     assert!(by(&frames(&[(1001, None), (1003, None)]), None).is_err());
     assert!(by(&frames(&[(1001, None)]), None).is_err());
+    let still = ShotFrame {
+        number: None,
+        time_code: None,
+    };
+    let sample = opened(SAMPLE).expect("sound");
+    assert!(match_frames(&sample, &[still], None).is_ok());
+    assert!(match_frames(&table, &[still], None).is_err());
 }
 
 /// Starts of valid tables to damage.

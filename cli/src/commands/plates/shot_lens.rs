@@ -206,6 +206,7 @@ impl PlateReader<'_> {
         );
         notes.extend(found.notes);
         let first = records.first();
+        notes.extend(first.iter().flat_map(|shot| &shot.record.notes).cloned());
         notes.extend(first.and_then(|shot| identity_note(&shot.record)));
         let focal_length = (found.columns.iter()).find(|c| c.quantity == Quantity::FocalLength);
         let focal_length = focal_length.and_then(|column| column.values.values().next());
@@ -251,19 +252,24 @@ impl PlateReader<'_> {
         other: &Self,
         console: &mut Console,
     ) -> Result<(), CommandError> {
-        let Some(shot) = &other.shot else {
+        if self.args.lens.metadata.source.is_none() {
             return Ok(());
-        };
-        let columns = shot.columns.iter().cloned();
+        }
+        let columns = other
+            .shot
+            .iter()
+            .flat_map(|shot| shot.columns.iter().cloned());
         let (used, unused): (Vec<Column>, Vec<Column>) =
             columns.partition(|column| self.follows(column.quantity));
-        for column in unused {
-            let name = column.quantity.name();
-            console.note(format!(
-                "not used for --to: {name}, which its profile cannot follow"
-            ));
-        }
-        self.set_shot(ShotLens::new(used, ""), &mut Vec::new())
+        let mut notes: Vec<String> = (unused.iter())
+            .map(|column| {
+                let name = column.quantity.name();
+                format!("not used for --to: {name}, which its profile cannot follow")
+            })
+            .collect();
+        self.set_shot(ShotLens::new(used, ""), &mut notes)?;
+        notes.into_iter().for_each(|note| console.note(note));
+        Ok(())
     }
 }
 
