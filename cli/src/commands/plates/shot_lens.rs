@@ -171,76 +171,39 @@ impl PlateReader<'_> {
             metres_per_unit: self.args.depth.unit.given_metres(),
             focal_length_mm: measured,
         };
-        let stated = |quantity: Quantity| {
-            let reading = records
-                .iter()
-                .find_map(|shot| shot.record.preferred(quantity, Some(1.0)));
-            reading.map(|reading| {
-                format!(
-                    "{} {} from {}",
-                    quantity.name(),
-                    reading.text,
-                    reading.field
-                )
-            })
-        };
-        for quantity in Quantity::ALL {
-            let Some(text) = stated(quantity) else {
-                continue;
-            };
-            if let Some(option) = self.overriding(quantity) {
-                notes.push(format!("not used: {text}, since {option} comes first"));
-            } else if !self.follows(quantity) {
-                notes.push(format!(
-                    "not used: {text}, which the lens profile cannot follow"
-                ));
-            }
-        }
-        let open = self.open_quantities();
-        let found = columns(records, &open, shot_use)?;
-        notes.extend(
-            found
-                .columns
-                .iter()
-                .map(|column| format!("{}{rule}", column.line())),
-        );
+        notes.extend(self.unused_notes(records));
+        let found = columns(records, &self.open_quantities(), shot_use)?;
+        let lines = found.columns.iter().map(Column::line);
+        notes.extend(lines.map(|line| format!("{line}{rule}")));
         notes.extend(found.notes);
-        let first = records.first();
-        notes.extend(first.iter().flat_map(|shot| &shot.record.notes).cloned());
-        notes.extend(first.and_then(|shot| identity_note(&shot.record)));
-        let focal_length = (found.columns.iter()).find(|c| c.quantity == Quantity::FocalLength);
-        let focal_length = focal_length.and_then(|column| column.values.values().next());
-        if let (Some(stated), Some(measured)) = (focal_length, measured)
-            && (stated / measured - 1.0).abs() > SAME_FOCAL_LENGTH
-        {
-            let text = |value| Quantity::FocalLength.text(value);
-            notes.push(format!(
-                "the lens profile is of {}, the shot of {}: the lens is scaled; check that it is the lens of the shot",
-                text(measured),
-                text(*stated)
-            ));
-        }
-        let is_overridden = |quantity: &Quantity| {
-            self.overriding(*quantity).is_some() && stated(*quantity).is_some()
+        let Some(first) = records.first() else {
+            return Ok(None);
         };
-        if found.columns.is_empty()
-            && !Quantity::ALL.iter().any(is_overridden)
-            && let Some(shot) = first
-        {
-            let notes = notes.join("; ");
-            let detail = match notes.is_empty() {
-                true => notes,
-                false => format!(" ({notes})"),
-            };
-            return Err(FileError::new(
-                &shot.file,
-                "lens metadata",
-                format!("states no focus, f-number, focal length or film back that can be used{detail}"),
-                "leave out --lens-metadata, or give a table of the shot, or the values by their options",
-            )
-            .into());
+        notes.extend(first.record.notes.iter().cloned());
+        notes.extend(identity_note(&first.record));
+        notes.extend(measured.and_then(|measured| scaling_note(&found.columns, measured)));
+        let is_overridden = |quantity: &Quantity| {
+            self.overriding(*quantity).is_some() && stated(records, *quantity).is_some()
+        };
+        if found.columns.is_empty() && !Quantity::ALL.iter().any(is_overridden) {
+            return Err(nothing_stated(&first.file, notes).into());
         }
         Ok(ShotLens::new(found.columns, rule))
+    }
+
+    /// Returns notes on values that something else sets before metadata do, and on those that the lens cannot follow.
+    fn unused_notes(&self, records: &[ShotRecord]) -> Vec<String> {
+        let note = |quantity| {
+            let text = stated(records, quantity)?;
+            match self.overriding(quantity) {
+                Some(option) => Some(format!("not used: {text}, since {option} comes first")),
+                None if self.follows(quantity) => None,
+                None => Some(format!(
+                    "not used: {text}, which the lens profile cannot follow"
+                )),
+            }
+        };
+        Quantity::ALL.into_iter().filter_map(note).collect()
     }
 
     /// Sets the lens by what the shot of another reader states; for the lens whose blur a plate gets.
@@ -271,6 +234,48 @@ impl PlateReader<'_> {
         notes.into_iter().for_each(|note| console.note(note));
         Ok(())
     }
+}
+
+/// Describes the first value that the records state of a quantity.
+fn stated(records: &[ShotRecord], quantity: Quantity) -> Option<String> {
+    let readings = |shot: &'_ ShotRecord| shot.record.preferred(quantity, Some(1.0)).cloned();
+    let reading = records.iter().find_map(readings)?;
+    let (name, text, field) = (quantity.name(), reading.text, reading.field);
+    Some(format!("{name} {text} from {field}"))
+}
+
+/// Returns a note if the shot's focal length is not that of the profile, `measured_mm`.
+fn scaling_note(columns: &[Column], measured_mm: f64) -> Option<String> {
+    let is_focal_length = |column: &&Column| column.quantity == Quantity::FocalLength;
+    let stated_mm = columns
+        .iter()
+        .find(is_focal_length)?
+        .values
+        .values()
+        .next()?;
+    let differs = (stated_mm / measured_mm - 1.0).abs() > SAME_FOCAL_LENGTH;
+    let text = |value| Quantity::FocalLength.text(value);
+    differs.then(|| {
+        format!(
+            "the lens profile is of {}, the shot of {}: the lens is scaled; check that it is the lens of the shot",
+            text(measured_mm),
+            text(*stated_mm)
+        )
+    })
+}
+
+/// Returns the error about a file without values that can be used, for the reasons in `notes`.
+fn nothing_stated(file: &Path, notes: &[String]) -> FileError {
+    let reasons = match notes.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", notes.join("; ")),
+    };
+    FileError::new(
+        file,
+        "lens metadata",
+        format!("states no focus, f-number, focal length or film back that can be used{reasons}"),
+        "leave out --lens-metadata, or give a table of the shot, or the values by their options",
+    )
 }
 
 /// Returns a note on the lens that took the shot, to compare with the profile.
