@@ -11,9 +11,9 @@ use seidel_image_io::sequence::FramePattern;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Focus")]
 pub(crate) struct LensMetadataArgs {
-    /// Focus, f-number, focal length and film back from the plates' own attributes (`plate`), or from a table of the shot
+    /// Focus and aperture that the plates state, or a table FILE
     ///
-    /// FILE is OpenTrackIO JSON, or a table by ARRI Meta Extract, RED REDline, or of Sony, Canon or Blackmagic cameras; or a frame
+    /// Sets focus distance, f-number, focal length and film back: by `plate` from the EXR attributes of each frame. FILE is OpenTrackIO JSON, or a table by ARRI Meta Extract, RED REDline, or of Sony, Canon or Blackmagic cameras; or a frame
     /// pattern of OpenTrackIO samples. Its frames are matched with those of IN by time code, else by frame number. Options and
     /// --animate come before it, the lens profile after it. Distances in scene units need --depth-unit.
     #[arg(long = "lens-metadata", id = "lens_metadata", value_name = "plate|FILE", value_parser = parse_source)]
