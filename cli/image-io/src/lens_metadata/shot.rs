@@ -153,7 +153,14 @@ fn column(
             continue;
         };
         let value = shot.record.usable_value(reading, shot_use.metres_per_unit);
-        let fault = optics(&shot.record, shot_use).check(quantity, value, reading.unit);
+        let lens = optics(&shot.record, shot_use);
+        // The value of the file is what an error should name, before its origin is moved to the entrance pupil.
+        let stated = match reading.unit {
+            UnitSource::Scene => value,
+            UnitSource::Stated | UnitSource::Defined => reading.value,
+        };
+        let fault = (lens.check(quantity, stated, reading.unit))
+            .or_else(|| lens.check(quantity, value, reading.unit));
         if let Some(fault) = fault {
             let place = match records.len() {
                 1 => reading.field.clone(),
