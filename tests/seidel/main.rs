@@ -28,6 +28,7 @@ mod hostile;
 mod in_hosts;
 mod info;
 mod lens_command;
+mod lens_metadata;
 mod library;
 mod looks;
 mod lut;

@@ -51,6 +51,38 @@ impl FramePattern {
         }
         path.into()
     }
+
+    /// Returns the files that exist for the pattern, in the order of their numbers. A number in the name of a folder finds
+    /// nothing.
+    pub fn existing(&self) -> Vec<PathBuf> {
+        let folder = match self.path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let numbers = entries.filter_map(|entry| {
+            let name = entry.file_name();
+            let digits = self.number_text(&name.to_string_lossy())?;
+            digits.parse().ok()
+        });
+        let mut numbers: Vec<i64> = numbers.collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let paths = numbers.into_iter().map(|number| self.path(number));
+        paths.filter(|path| path.is_file()).collect()
+    }
+
+    /// Returns the text at the place of the only frame number in a file name that begins and ends as the pattern.
+    fn number_text(&self, name: &str) -> Option<String> {
+        let own = self.path.file_name()?.to_str()?;
+        let mut pieces = Vec::new();
+        push_pieces_of_text(own, &mut pieces);
+        let [Piece::Text(start), Piece::Frame(_), Piece::Text(end)] = &pieces[..] else {
+            return None;
+        };
+        let rest = name.strip_prefix(start.to_str()?)?;
+        rest.strip_suffix(end.to_str()?).map(str::to_owned)
+    }
 }
 
 /// Adds the pieces of a path that need not be Unicode.

@@ -92,6 +92,9 @@ impl RunArgs {
             ProvenanceChoice::Names => Some(provenance.with_paths(ProvenancePaths::Names)),
             ProvenanceChoice::Full => Some(provenance),
         };
+        let inputs = frames.iter();
+        let inputs = inputs.map(|frame| (frame.number, frame.input.clone()));
+        let inputs: Vec<(Option<i64>, PathBuf)> = inputs.collect();
         if self.skip_existing {
             frames = unfinished(frames, provenance.as_ref(), console);
         }
@@ -104,6 +107,7 @@ impl RunArgs {
             bar: console.progress_bar(label),
             provenance,
             frames,
+            inputs,
         })
     }
 
@@ -135,6 +139,8 @@ impl RunArgs {
 /// A run: its frames, and the threads, memory and progress bar that they share.
 pub(crate) struct Run {
     frames: Vec<FrameFiles>,
+    /// Number and plate of every frame, those that an earlier run finished among them.
+    inputs: Vec<(Option<i64>, PathBuf)>,
     resources: Resources,
     bar: ProgressBar,
     provenance: Option<Provenance>,
@@ -144,6 +150,11 @@ impl Run {
     /// Returns the files of all frames.
     pub(crate) fn frames(&self) -> &[FrameFiles] {
         &self.frames
+    }
+
+    /// Returns number and plate of every frame, those that an earlier run finished among them.
+    pub(super) fn inputs(&self) -> &[(Option<i64>, PathBuf)] {
+        &self.inputs
     }
 
     /// Returns the memory for the frames in flight, bytes.

@@ -197,6 +197,13 @@ fn value_text(value: &AttributeValue) -> String {
         AttributeValue::F32(v) => v.to_string(),
         AttributeValue::F64(v) => v.to_string(),
         AttributeValue::Rational((numerator, denominator)) => format!("{numerator}/{denominator}"),
+        AttributeValue::IntegerBounds(bounds) => {
+            // The corners as OpenEXR stores them, both inside. Wide, because a header may claim any.
+            let (start, size) = (bounds.position, bounds.size);
+            let right = i64::from(start.x()) + size.width() as i64 - 1;
+            let bottom = i64::from(start.y()) + size.height() as i64 - 1;
+            format!("{} {} {right} {bottom}", start.x(), start.y())
+        }
         AttributeValue::IntVec2(v) => format!("{} {}", v.x(), v.y()),
         AttributeValue::FloatVec2(v) => list(&[v.x(), v.y()]),
         AttributeValue::FloatVec3((x, y, z)) => list(&[*x, *y, *z]),
