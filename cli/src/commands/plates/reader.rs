@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, Verdict};
 use seidel_core::{
-    DepthMeaning, Image, LensProfile, LensScale, LensSession, PlateGeometry, PreparedPlate, Settings,
+    DepthMeaning, Image, LensProfile, LensScale, LensSession, PlateGeometry, PreparedPlate,
+    Settings,
 };
 
 use super::animated::check_columns;
