@@ -74,3 +74,11 @@ def test_depth_passes_in_other_files_and_names_with_spaces(shot: Shot) -> None:
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert (shot.folder / "out" / "its $HOME.1001.exr").is_file()
+
+
+def test_a_table_beside_the_plates_sets_the_focus(shot: Shot) -> None:
+    rows = "".join(f"Frame {frame} Metadata\ndistance: {frame}mm\n\n" for frame in FRAMES)
+    (shot.folder / "plates" / "take.txt").write_text(rows)
+    ended = shot.run(LensMetadata="take.txt", Frames="1001-1002", Options="--quality draft")
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert "focus 1.001 m from `distance` of take.txt (1.001 to 1.002 m over 2 frames)" in ended.stdout, ended.stdout

@@ -219,6 +219,7 @@ def match_colours(
     settings: Settings | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[_Sample]: ...
+def lens_settings(path: _Path, *, metres_per_unit: float | None = None) -> list[dict[str, float]]: ...
 def measure_lights(
     photographs: _Photographs,
     *,

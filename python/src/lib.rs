@@ -13,6 +13,7 @@ mod diagnose_pictures;
 mod error;
 mod fit;
 mod lens;
+mod lens_settings;
 mod look;
 mod match_colours;
 mod measure;
@@ -39,6 +40,7 @@ fn seidel(module: &Bound<'_, PyModule>) -> PyResult<()> {
     removal::register(module)?;
     relens::register(module)?;
     match_colours::register(module)?;
+    lens_settings::register(module)?;
     measure::register(module)?;
     diagnose::register(module)?;
     diagnose_pictures::register(module)

@@ -65,6 +65,23 @@ impl Animation {
         })
     }
 
+    /// Creates a table from the values of each name by frame; `path` is the file that errors name.
+    pub fn from_curves(path: &Path, curves: BTreeMap<String, BTreeMap<i64, f64>>) -> Self {
+        Self {
+            path: path.to_owned(),
+            curves,
+        }
+    }
+
+    /// Returns whether every name has the same value in all frames.
+    pub fn is_constant(&self) -> bool {
+        self.curves.values().all(|curve| {
+            let mut values = curve.values();
+            let first = values.next();
+            values.all(|value| Some(value) == first)
+        })
+    }
+
     /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::formats::row_of_file;
 use crate::input::{InputFile, Limits};
+use crate::lens_metadata::{self, FrameRecord};
 use crate::part::Part;
 
 /// The description of an image file.
@@ -18,6 +19,9 @@ pub struct Description {
     pub format: String,
     /// Its parts, at least one.
     pub parts: Vec<Part>,
+    /// The statements of its attributes about lens and camera.
+    #[serde(skip_serializing_if = "FrameRecord::is_empty")]
+    pub lens: FrameRecord,
 }
 
 impl Description {
@@ -28,10 +32,12 @@ impl Description {
     pub fn read(path: &Path) -> Result<Self> {
         let (format, implementation) = row_of_file(path)?;
         let input = InputFile::open(path, format, Limits::PLATE)?;
+        let parts = input.guarded(|input| implementation.describe(input))?;
         Ok(Self {
             file: path.display().to_string(),
             format: format.to_string(),
-            parts: input.guarded(|input| implementation.describe(input))?,
+            lens: lens_metadata::of_parts(&parts),
+            parts,
         })
     }
 
@@ -64,6 +70,11 @@ impl Description {
                     provenance.flat_map(|(name, value)| indented(&format!("  {name}"), value)),
                 );
             }
+        }
+        if !self.lens.is_empty() {
+            lines.push("lens and camera:".to_owned());
+            let stated = lens_metadata::lines(&self.lens).into_iter();
+            lines.extend(stated.flat_map(|(name, value)| indented(&name, &value)));
         }
         lines
     }

@@ -92,6 +92,11 @@ impl Format {
         self.written_as.is_some()
     }
 
+    /// Returns whether a file may hold several layers and views.
+    pub fn has_layers(self) -> bool {
+        self.capabilities.layers
+    }
+
     /// Returns whether images have a data window, so that they may exceed the frame.
     pub fn has_data_window(self) -> bool {
         self.capabilities.data_window

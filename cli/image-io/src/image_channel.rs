@@ -6,7 +6,7 @@ use seidel_optics::lens::AperturePicture;
 
 use crate::error::{FileError, Result};
 use crate::format::Format;
-use crate::formats::exr::ExrImage;
+use crate::formats::exr::{DepthOwner, ExrImage};
 use crate::image_file::ImageFile;
 use crate::input::Limits;
 use crate::raster::RasterImage;
@@ -23,34 +23,38 @@ pub struct ChannelSpec {
 }
 
 impl ChannelSpec {
-    /// Splits off the channel at the last colon, unless that colon belongs to a drive letter or a folder, or the whole
-    /// text is the name of an existing file.
+    /// Splits off the channel, which may be `PART:CHANNEL`: at the first colon after an existing file or after the extension of
+    /// an image format, else at the last colon, unless that colon belongs to a drive letter or a folder. The name of an existing
+    /// file is not split.
     pub fn parse(text: &str) -> Self {
         let whole = Self {
             file: text.into(),
             channel: None,
         };
-        let Some((file, channel)) = text.rsplit_once(':') else {
-            return whole;
-        };
-        let is_drive = file.len() == 1
-            && file.starts_with(|c: char| c.is_ascii_alphabetic())
-            && (channel.starts_with(['/', '\\'])
-                || Format::from_path(Path::new(channel)).is_some());
-        let is_in_folder = channel.contains(['/', '\\']);
-        if file.is_empty()
-            || channel.is_empty()
-            || is_drive
-            || is_in_folder
-            || Path::new(text).is_file()
-        {
+        if Path::new(text).is_file() {
             return whole;
         }
-        Self {
-            file: file.into(),
-            channel: Some(channel.to_owned()),
+        let colons = || text.match_indices(':').map(|(at, _)| at);
+        let is_image = |at: &usize| Format::from_path(Path::new(&text[..*at])).is_some();
+        let at = (colons().find(|&at| Path::new(&text[..at]).is_file()))
+            .or_else(|| colons().find(is_image))
+            .or_else(|| text.rfind(':').filter(|&at| !is_of_path(text, at)));
+        match at.map(|at| (&text[..at], &text[at + 1..])) {
+            Some((file, channel)) if !file.is_empty() && !channel.is_empty() => Self {
+                file: file.into(),
+                channel: Some(channel.to_owned()),
+            },
+            _ => whole,
         }
     }
+}
+
+/// Returns whether the colon at `at` belongs to a drive letter or the name of a folder.
+fn is_of_path(text: &str, at: usize) -> bool {
+    let (before, after) = (&text[..at], &text[at + 1..]);
+    let is_letter = before.len() == 1 && before.starts_with(|c: char| c.is_ascii_alphabetic());
+    let is_drive = is_letter && Format::from_path(Path::new(after)).is_some();
+    is_drive || after.contains(['/', '\\'])
 }
 
 /// The samples of one channel of an image file, as they are stored.
@@ -70,16 +74,17 @@ impl ImageChannel {
     /// Reads a depth pass, whatever its convention: any channel of an EXR file, or a grey or named channel of a
     /// 12-bit, 16-bit or float file of another format.
     ///
-    /// Without `channel` it is the channel of an EXR file whose name is that of depth, or its only channel.
+    /// Without `channel` it is the channel of an EXR file whose name is that of depth, or its only channel. Among channels of
+    /// several views it is that of `owner`.
     ///
     /// # Errors
     /// A file that cannot be read, no such channel, and 8- and 10-bit files, which are too coarse for depth.
-    pub fn read_depth(file: &Path, channel: Option<&str>) -> Result<Self> {
+    pub fn read_depth(file: &Path, channel: Option<&str>, owner: DepthOwner) -> Result<Self> {
         match ImageFile::open(file, Limits::PLATE)? {
             // The only channel of a file is depth whatever its name. In a plate it would be colour.
             ImageFile::Exr(image) => match (channel, image.channels().as_slice()) {
-                (None, [only]) => Self::depth_of_exr(&image, Some(&only.name)),
-                _ => Self::depth_of_exr(&image, channel),
+                (None, [only]) => Self::depth_of_exr(&image, Some(&only.name), owner),
+                _ => Self::depth_of_exr(&image, channel, owner),
             },
             ImageFile::Raster(image) => Self::depth_of_raster(&image, channel),
         }
@@ -89,11 +94,15 @@ impl ImageChannel {
     ///
     /// # Errors
     /// No such channel.
-    pub fn depth_of_exr(image: &ExrImage, channel: Option<&str>) -> Result<Self> {
-        let id = image.depth_channel(channel)?;
+    pub fn depth_of_exr(
+        image: &ExrImage,
+        channel: Option<&str>,
+        owner: DepthOwner,
+    ) -> Result<Self> {
+        let id = image.depth_channel(channel, owner)?;
         Ok(Self {
             file: image.path().to_path_buf(),
-            channel: image.channel_name(id),
+            channel: image.full_name_of(id),
             windows: image.windows(id),
             samples: image.samples(id),
         })
@@ -141,7 +150,7 @@ impl ImageChannel {
     pub fn read_matte(file: &Path, channel: Option<&str>) -> Result<Self> {
         let image = ImageFile::open(file, Limits::PLATE)?;
         let names = image.channel_names();
-        let named = names.iter().position(|name| name == channel.unwrap_or("A"));
+        let named = image.place_of_channel(channel.unwrap_or("A"));
         let only = (channel.is_none() && names.len() == 1).then_some(0);
         let Some(index) = named.or(only) else {
             let problem = match channel {
@@ -214,6 +223,18 @@ impl ImageFile {
             Self::Exr(image) => image.channels().into_iter().map(|c| c.name).collect(),
             Self::Raster(image) => image.names().to_vec(),
         }
+    }
+
+    /// Returns the place in [`ImageFile::channel_names`] of the channel `name`, which may begin with its part and a colon.
+    fn place_of_channel(&self, name: &str) -> Option<usize> {
+        let names = self.channel_names();
+        let plain = || names.iter().position(|own| own == name);
+        let Self::Exr(image) = self else {
+            return plain();
+        };
+        let channels = image.channels();
+        let with_part = (channels.into_iter()).position(|own| image.full_name(own) == name);
+        with_part.or_else(plain)
     }
 
     /// Returns the windows and samples of the channel at `index` of [`ImageFile::channel_names`].

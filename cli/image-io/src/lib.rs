@@ -47,6 +47,7 @@ pub mod image_channel;
 mod image_file;
 mod input;
 pub mod json;
+pub mod lens_metadata;
 pub mod lens_profile;
 pub mod lut;
 pub mod metadata;

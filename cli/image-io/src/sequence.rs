@@ -23,7 +23,8 @@ enum Piece {
 }
 
 impl FramePattern {
-    /// Parses a path. `%d`, `%4d`, `%04d` and runs of `#` stand for the frame number, `%%` for a percent sign.
+    /// Parses a path. `%d`, `%4d`, `%04d`, and runs of `#` in the name of the file, stand for the frame number, `%%` for a
+    /// percent sign. In the names of folders `#` is a letter.
     pub fn parse(path: impl AsRef<Path>) -> Self {
         let path = path.as_ref().to_path_buf();
         let mut pieces = Vec::new();
@@ -50,14 +51,52 @@ impl FramePattern {
         }
         path.into()
     }
+
+    /// Returns the files that exist for the pattern, in the order of their numbers. A number in the name of a folder finds
+    /// nothing.
+    pub fn existing(&self) -> Vec<PathBuf> {
+        let folder = match self.path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let numbers = entries.filter_map(|entry| {
+            let name = entry.file_name();
+            let digits = self.number_text(&name.to_string_lossy())?;
+            digits.parse().ok()
+        });
+        let mut numbers: Vec<i64> = numbers.collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let paths = numbers.into_iter().map(|number| self.path(number));
+        paths.filter(|path| path.is_file()).collect()
+    }
+
+    /// Returns the text at the place of the only frame number in a file name that begins and ends as the pattern.
+    fn number_text(&self, name: &str) -> Option<String> {
+        let own = self.path.file_name()?.to_str()?;
+        let mut pieces = Vec::new();
+        push_pieces_of_text(own, &mut pieces);
+        let [Piece::Text(start), Piece::Frame(_), Piece::Text(end)] = &pieces[..] else {
+            return None;
+        };
+        let rest = name.strip_prefix(start.to_str()?)?;
+        rest.strip_suffix(end.to_str()?).map(str::to_owned)
+    }
 }
 
 /// Adds the pieces of a path that need not be Unicode.
 #[cfg(unix)]
 fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
     use std::os::unix::ffi::OsStrExt;
-    for chunk in path.as_bytes().utf8_chunks() {
-        push_pieces_of_text(chunk.valid(), pieces);
+    let bytes = path.as_bytes();
+    let mut name = bytes
+        .iter()
+        .rposition(|b| *b == b'/')
+        .map_or(0, |at| at + 1);
+    for chunk in bytes.utf8_chunks() {
+        push_pieces_of_text(chunk.valid(), name, pieces);
+        name = name.saturating_sub(chunk.valid().len() + chunk.invalid().len());
         pieces.push(Piece::Text(OsStr::from_bytes(chunk.invalid()).to_owned()));
     }
 }
@@ -66,12 +105,16 @@ fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
 #[cfg(not(unix))]
 fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
     match path.to_str() {
-        Some(text) => push_pieces_of_text(text, pieces),
+        Some(text) => {
+            let name = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+            push_pieces_of_text(text, name, pieces);
+        }
         None => pieces.push(Piece::Text(path.to_owned())),
     }
 }
 
-fn push_pieces_of_text(path: &str, pieces: &mut Vec<Piece>) {
+/// Adds the pieces of `path`, in which the name of the file begins at the byte `name`.
+fn push_pieces_of_text(path: &str, name: usize, pieces: &mut Vec<Piece>) {
     let mut text = String::new();
     let mut rest = path;
     while let Some(first) = rest.chars().next() {
@@ -79,7 +122,7 @@ fn push_pieces_of_text(path: &str, pieces: &mut Vec<Piece>) {
             text.push('%');
             rest = escaped;
             continue;
-        } else if first == '#' {
+        } else if first == '#' && path.len() - rest.len() >= name {
             let run = rest.len() - rest.trim_start_matches('#').len();
             (run, Some(run))
         } else {
@@ -219,6 +262,8 @@ mod tests {
             ("é.%04d.exr", -7, "é.-007.exr"),
             ("100%.exr", 1, "100%.exr"),
             ("%s.%.exr", 1, "%s.%.exr"),
+            ("shot#3/p.%04d.exr", 3, "shot#3/p.0003.exr"),
+            ("a#/b##/p.###.exr", 3, "a#/b##/p.003.exr"),
         ] {
             assert_eq!(FramePattern::parse(pattern).path(frame), Path::new(path));
         }
@@ -244,6 +289,7 @@ mod tests {
         assert_eq!(parse_frames("1-7x3").expect("step"), [1, 4, 7]);
         assert_eq!(parse_frames("1,5, 4-6").expect("mixed"), [1, 5, 4, 6]);
         assert_eq!(parse_frames("-2-1").expect("negative"), [-2, -1, 0, 1]);
+        assert_eq!(parse_frames("-3--1").expect("negative"), [-3, -2, -1]);
         for bad in [
             "",
             "a",

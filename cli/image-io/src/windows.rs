@@ -38,6 +38,15 @@ pub struct ImageWindows {
 }
 
 impl ImageWindows {
+    /// Returns column and row of the data window's corner in the display window.
+    fn corner(self) -> (i64, i64) {
+        let from = |at: i32, origin: i32| i64::from(at) - i64::from(origin);
+        (
+            from(self.data.x, self.display.x),
+            from(self.data.y, self.display.y),
+        )
+    }
+
     /// Returns the windows of an image without overscan, its corner at (0, 0).
     pub fn of_size(width: usize, height: usize) -> Self {
         let data = PixelWindow {
@@ -65,6 +74,16 @@ impl PixelWindow {
         }
     }
 
+    /// Returns the window moved as the corner of `from` is to be moved to that of `to`.
+    fn moved(self, from: Self, to: Self) -> Self {
+        let moved = |at: i32, from: i32, to: i32| at.saturating_add(to.saturating_sub(from));
+        Self {
+            x: moved(self.x, from.x, to.x),
+            y: moved(self.y, from.y, to.y),
+            ..self
+        }
+    }
+
     /// Returns whether all pixels of `inner` are in this window.
     pub fn contains(self, inner: Self) -> bool {
         let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
@@ -73,6 +92,20 @@ impl PixelWindow {
         };
         within(inner.x, inner.width, self.x, self.width)
             && within(inner.y, inner.height, self.y, self.height)
+    }
+
+    /// Returns the smallest window that contains both.
+    pub fn union(self, other: Self) -> Self {
+        let span = |a: i32, a_size: usize, b: i32, b_size: usize| {
+            let end = (i64::from(a) + a_size as i64).max(i64::from(b) + b_size as i64);
+            (end - i64::from(a.min(b))) as usize
+        };
+        Self {
+            x: self.x.min(other.x),
+            y: self.y.min(other.y),
+            width: span(self.x, self.width, other.x, other.width),
+            height: span(self.y, self.height, other.y, other.height),
+        }
     }
 
     /// Returns whether any pixel is in both windows.
@@ -112,8 +145,8 @@ pub fn crop_or_extend<T: Copy>(samples: &[T], from: PixelWindow, to: PixelWindow
 /// Returns the samples of window `from` over window `to`: cropped, and zero beyond `from`.
 ///
 /// Samples are row-major.
-pub fn crop_or_pad(samples: &[f32], from: PixelWindow, to: PixelWindow) -> Vec<f32> {
-    let mut out = vec![0.0; to.width * to.height];
+pub fn crop_or_pad<T: Copy + Default>(samples: &[T], from: PixelWindow, to: PixelWindow) -> Vec<T> {
+    let mut out = vec![T::default(); to.width * to.height];
     // Position of the corner of `to` in `from`.
     let x = i64::from(to.x) - i64::from(from.x);
     let y = i64::from(to.y) - i64::from(from.y);
@@ -153,14 +186,28 @@ pub(crate) fn fit_to_plate(
     file: &Path,
     channel: &str,
 ) -> Result<FittedSamples> {
-    let (own, wanted) = (from.data, plate.data);
+    let wanted = plate.data;
     let fitted = |samples, warning| Ok(FittedSamples { samples, warning });
-    let is_same_frame = from.display == plate.display;
+    let size = |window: PixelWindow| (window.width, window.height);
+    let is_same_frame = size(from.display) == size(plate.display);
+    let own = if is_same_frame {
+        (from.data).moved(from.display, plate.display)
+    } else {
+        from.data
+    };
     if is_same_frame && own.contains(wanted) {
         return fitted(crop_or_extend(samples, own, wanted), None);
     }
-    if (own.width, own.height) == (wanted.width, wanted.height) {
-        return fitted(samples.to_vec(), None);
+    if !is_same_frame && (own.width, own.height) == (wanted.width, wanted.height) {
+        let warning = (from.corner() != plate.corner()).then(|| {
+            format!(
+                "{}, channel {channel}: is {own} in a frame of {}, the plate {wanted} in one of {}; taken pixel by pixel",
+                file.display(),
+                from.display,
+                plate.display
+            )
+        });
+        return fitted(samples.to_vec(), warning);
     }
     if is_same_frame && own.intersects(wanted) {
         let warning = format!(

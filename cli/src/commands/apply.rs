@@ -99,7 +99,7 @@ pub(super) fn run(
     }
     settings.occlusion = args.occlusion.settings();
     let look = LookUse::ThisLens(&args.look);
-    let reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
+    let mut reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
     args.occlusion.check()?;
     let files = Files {
         input: &args.shared.input,
@@ -111,7 +111,7 @@ pub(super) fn run(
             ..args.occlusion.side_inputs()
         },
         written: Vec::new(),
-        lenses: vec![("Lens", &args.lens)],
+        lenses: (args.shared.lens).files_with(vec![("Lens", &args.lens)]),
     };
     let task = if args.show.is_some() {
         "drawing"
@@ -119,7 +119,7 @@ pub(super) fn run(
         "blurring"
     };
     let run = (args.shared.run).begin(task, &files, command_line, console)?;
-    reader.check_animation(&run)?;
+    reader.begin(&run, console)?;
     let job = Job {
         args,
         reader: &reader,

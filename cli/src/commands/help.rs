@@ -171,6 +171,10 @@ const HELPS: &[Help] = &[
                 "apply --lens lens.json cg.exr -o blurred.exr --focus-distance 2.5 --f-number f/2",
             ),
             example(
+                "A sequence focused as its files say",
+                "apply --lens lens.json plate.%04d.exr -o out.%04d.exr --frames 1001-1100 --lens-metadata plate",
+            ),
+            example(
                 "The ovals and bubbles of an old anamorphic lens",
                 "apply --lens library:modern-50 cg.exr -o look.exr --squeeze 2 --spherical 0.6 --cats-eye 0.5",
             ),
@@ -191,6 +195,7 @@ const HELPS: &[Help] = &[
             "depth-unit",
             "focus-distance",
             "f-number",
+            "lens-metadata",
             "amount",
             "blades",
             "in-space",
@@ -221,6 +226,7 @@ const HELPS: &[Help] = &[
             "depth-unit",
             "focus-distance",
             "f-number",
+            "lens-metadata",
             "amount",
             "output",
             "strength",
@@ -246,6 +252,7 @@ const HELPS: &[Help] = &[
             "depth-unit",
             "focus-distance",
             "f-number",
+            "lens-metadata",
             "amount",
             "output",
             "noise",
@@ -288,10 +295,16 @@ const HELPS: &[Help] = &[
     },
     Help {
         command: "info",
-        examples: &[example(
-            "Channels, windows and metadata of a picture, and what made it",
-            "info blurred.exr",
-        )],
+        examples: &[
+            example(
+                "Channels, windows and metadata of a picture, and what made it",
+                "info blurred.exr",
+            ),
+            example(
+                "Focus and aperture over a sequence, if its files state them",
+                "info plate.%04d.exr",
+            ),
+        ],
         usual: &[],
     },
     Help {

@@ -165,6 +165,12 @@ impl<const SCOPE: usize> KnobArgs<SCOPE> {
             })
     }
 
+    /// Returns whether the number of the knob called `name`, which has no default, is given.
+    pub(crate) fn is_given(&self, name: &str) -> bool {
+        let mut given = self.values.iter();
+        given.any(|o| o.knob.name == name && matches!(o.value, KnobValue::Number(Some(_))))
+    }
+
     /// Returns the knobs that are numbers.
     pub(crate) fn numbers() -> impl Iterator<Item = &'static Knob> {
         knobs_of(SCOPE).filter(|knob| knob.number().is_some())

@@ -50,8 +50,8 @@ pub(super) fn run(
     settings.removal = args.removal.settings();
     let (shared, look) = (&args.shared, &args.look);
     let other = LookUse::OtherLens(look);
-    let from = PlateReader::open(&args.from, shared, other, settings.clone(), console)?;
-    let to = PlateReader::open(&args.to, shared, LookUse::ThisLens(look), settings, console)?;
+    let mut from = PlateReader::open(&args.from, shared, other, settings.clone(), console)?;
+    let mut to = PlateReader::open(&args.to, shared, LookUse::ThisLens(look), settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
@@ -61,10 +61,11 @@ pub(super) fn run(
             ..SideInputs::default()
         },
         written: Vec::new(),
-        lenses: vec![("FromLens", &args.from), ("ToLens", &args.to)],
+        lenses: (shared.lens).files_with(vec![("FromLens", &args.from), ("ToLens", &args.to)]),
     };
     let run = (args.shared.run).begin("changing lenses", &files, command_line, console)?;
-    from.check_animation(&run)?;
+    from.begin(&run, console)?;
+    to.begin_beside(&from, console)?;
     let removal = Removal::new(&args.removal, &from, &run, Task::Relens);
     run.process(&Job { removal, to: &to }, console)
 }

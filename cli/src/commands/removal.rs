@@ -133,10 +133,10 @@ impl<'a> Removal<'a> {
         &self.run.frames()[index]
     }
 
-    /// Reads the plate of the frame at `index`, with all images beside it.
-    pub(super) fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
+    /// Reads a view of the plate of the frame at `index`, with all images beside it.
+    pub(super) fn read(&self, index: usize, view: usize) -> Result<LoadedPlate, CommandError> {
         let frame = self.frame(index);
-        let mut loaded = self.reader.read(frame, index)?;
+        let mut loaded = self.reader.read(frame, index, view)?;
         self.reader.add_side_images(&frame.read, &mut loaded)?;
         Ok(loaded)
     }

@@ -97,7 +97,7 @@ pub(super) fn run(
     settings.edges = Some(Edges::Mirror);
     settings.removal = args.removal.settings();
     args.knobs.put(&mut settings)?;
-    let reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
+    let mut reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
@@ -108,13 +108,13 @@ pub(super) fn run(
             ..SideInputs::default()
         },
         written: args.side_files(),
-        lenses: vec![("Lens", &args.lens)],
+        lenses: (args.shared.lens).files_with(vec![("Lens", &args.lens)]),
     };
     let run = (args.shared.run).begin("removing blur", &files, command_line, console)?;
     for (_, path) in run.frames().iter().flat_map(|frame| &frame.written) {
         exr::FORMAT.check_name(path)?;
     }
-    reader.check_animation(&run)?;
+    reader.begin(&run, console)?;
     let removal = Removal::new(&args.removal, &reader, &run, Task::Remove);
     run.process(&Job { args, removal }, console)
 }

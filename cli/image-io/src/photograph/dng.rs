@@ -12,6 +12,7 @@ use super::{
 };
 use crate::error::{FileError, Result};
 
+const SUBFILE_TYPE: u16 = 254;
 const WIDTH: u16 = 256;
 const HEIGHT: u16 = 257;
 const BITS: u16 = 258;
@@ -60,7 +61,12 @@ pub(super) fn read(
             let photometric = d.whole(PHOTOMETRIC, 0);
             photometric == PHOTOMETRIC_CFA || (is_dng && photometric == PHOTOMETRIC_LINEAR)
         })
-        .max_by_key(|d| d.whole(WIDTH, 0).saturating_mul(d.whole(HEIGHT, 0)));
+        .max_by_key(|d| {
+            // Enhanced images, previews and masks have other types than the primary image.
+            let is_primary = d.whole(SUBFILE_TYPE, 0) == 0;
+            let pixels = d.whole(WIDTH, 0).saturating_mul(d.whole(HEIGHT, 0));
+            (is_primary, pixels)
+        });
     let Some(raw) = raw else {
         if !is_dng {
             return Ok(None);
@@ -134,6 +140,7 @@ impl RawImage<'_> {
         let area = self.active_area()?;
         let levels = Levels::of(self, area, options);
         let table = self.raw.values(LINEARISATION);
+        let clipped = levels.clipped();
         let plane = |channel: usize| -> Vec<f32> {
             let mut plane = Vec::with_capacity(area.width * area.height);
             for y in 0..area.height {
@@ -145,7 +152,16 @@ impl RawImage<'_> {
                         // Values beyond the table stand for its last entry.
                         table => table[usize::from(stored).min(table.len() - 1)],
                     };
-                    plane.push((linear - levels.black_at(x, y, channel)) as f32);
+                    let black = levels.black_at(x, y, channel);
+                    let value = (linear - black) as f32;
+                    // Each channel clips at its own level; above it, all are at the common one.
+                    let is_clipped =
+                        value >= clipping_level(black as f32, levels.white_of(channel) as f32);
+                    plane.push(if is_clipped {
+                        value.max(clipped)
+                    } else {
+                        value
+                    });
                 }
             }
             plane
@@ -159,9 +175,10 @@ impl RawImage<'_> {
                 return Err(self.refuse("SamplesPerPixel", problem, CONVERT));
             }
         };
-        let range = levels.white - levels.mean_black();
-        if range <= 0.0 {
-            let problem = format!("is {}, not above the black level", levels.white);
+        let range = levels.white_of(0) - levels.mean_black();
+        let lowest = levels.white.iter().copied().fold(f64::INFINITY, f64::min);
+        if lowest <= levels.mean_black() {
+            let problem = format!("is {lowest}, not above the black level");
             return Err(self.refuse("WhiteLevel", problem, "give --black and --white"));
         }
         Ok(PhotographFile {
@@ -170,7 +187,7 @@ impl RawImage<'_> {
             planes: (0..self.channels).map(plane).collect(),
             channels,
             mosaic,
-            white: clipping_level(levels.mean_black() as f32, levels.white as f32),
+            white: clipped,
             // The profile states the variance per unit of a signal that is 1 at the white level.
             gain: noise
                 .filter(|s| *s > 0.0 && s.is_finite())
@@ -360,7 +377,8 @@ struct Levels {
     channels: usize,
     by_column: Vec<f64>,
     by_row: Vec<f64>,
-    white: f64,
+    /// Of each channel, or one of all.
+    white: Vec<f64>,
     warnings: Vec<String>,
 }
 
@@ -381,13 +399,11 @@ impl Levels {
             channels: 1,
             by_column: Vec::new(),
             by_row: Vec::new(),
-            white: options.white.map_or_else(
-                || {
-                    raw.value(WHITE)
-                        .unwrap_or_else(|| (1_u32 << image.bits) as f64 - 1.0)
-                },
-                f64::from,
-            ),
+            white: match (options.white, raw.values(WHITE)) {
+                (Some(white), _) => vec![f64::from(white)],
+                (None, []) => vec![(1_u32 << image.bits) as f64 - 1.0],
+                (None, stated) => stated.to_vec(),
+            },
             warnings: Vec::new(),
         };
         if let Some(black) = options.black {
@@ -395,22 +411,51 @@ impl Levels {
         } else if stated.len() == wanted && wanted > 0 {
             levels.block = stated.to_vec();
             (levels.block_size, levels.channels) = (size, channels);
-            if raw.values(BLACK_BY_COLUMN).len() == area.width {
-                levels.by_column = raw.values(BLACK_BY_COLUMN).to_vec();
-            }
-            if raw.values(BLACK_BY_ROW).len() == area.height {
-                levels.by_row = raw.values(BLACK_BY_ROW).to_vec();
-            }
-        } else if let [black, ..] = stated {
+        } else if let [black, others @ ..] = stated {
             levels.block = vec![*black];
-        } else {
+            if others.iter().any(|other| other != black) {
+                warnings.push(format!(
+                    "{}: BlackLevel has {} values where {wanted} are wanted, and {black} is used for all pixels; give --black if it is another",
+                    image.file.path.display(),
+                    stated.len()
+                ));
+            }
+        } else if raw.values(BLACK_BY_COLUMN).is_empty() && raw.values(BLACK_BY_ROW).is_empty() {
             warnings.push(format!(
                 "{}: states no BlackLevel, which is taken as 0; give --black if it is not",
                 image.file.path.display()
             ));
         }
+        if options.black.is_none() {
+            let by_place = [
+                (BLACK_BY_COLUMN, area.width, &mut levels.by_column),
+                (BLACK_BY_ROW, area.height, &mut levels.by_row),
+            ];
+            for (tag, count, deltas) in by_place {
+                let stated = raw.values(tag);
+                if stated.len() == count {
+                    *deltas = stated.to_vec();
+                } else if !stated.is_empty() {
+                    warnings.push(format!(
+                        "{}: {} differences of the black level for {count} rows or columns are left out",
+                        image.file.path.display(),
+                        stated.len()
+                    ));
+                }
+            }
+        }
         levels.warnings = warnings;
         levels
+    }
+
+    fn white_of(&self, channel: usize) -> f64 {
+        self.white[channel.min(self.white.len() - 1)]
+    }
+
+    /// Returns the counts above black from which on a pixel of any channel counts as clipped.
+    fn clipped(&self) -> f32 {
+        let white = self.white.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        clipping_level(self.mean_black() as f32, white as f32)
     }
 
     fn black_at(&self, x: usize, y: usize, channel: usize) -> f64 {
@@ -422,6 +467,7 @@ impl Levels {
     }
 
     fn mean_black(&self) -> f64 {
-        self.block.iter().sum::<f64>() / self.block.len() as f64
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        mean(&self.block) + mean(&self.by_column) + mean(&self.by_row)
     }
 }

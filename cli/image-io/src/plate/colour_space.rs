@@ -11,7 +11,10 @@ impl Plate {
     ///
     /// Chromaticities are not considered: many programs write those of their working space into every file.
     pub fn colour_space_attributes(&self) -> Vec<(&'static str, String)> {
-        let Source::Exr { image, channels } = &self.source else {
+        let Source::Exr {
+            image, channels, ..
+        } = &self.source
+        else {
             return Vec::new();
         };
         let part = channels.colour[0].part();
@@ -49,7 +52,9 @@ impl Plate {
                     image.warnings.push(warning);
                 }
             }
-            Source::Exr { image, channels } => {
+            Source::Exr {
+                image, channels, ..
+            } => {
                 let part = channels.colour[0].part();
                 image.replace_text(part, COLOUR_SPACE, space);
                 if image.text(part, INTEROP_ID).is_some() {

@@ -55,7 +55,9 @@ impl Plate {
     /// Returns the common metadata.
     fn common(&self) -> CommonMetadata {
         match &self.source {
-            Source::Exr { image, channels } => image.common(channels.colour[0]),
+            Source::Exr {
+                image, channels, ..
+            } => image.common(channels.colour[0]),
             Source::Raster { image, .. } => image.metadata.common(),
         }
     }
@@ -98,7 +100,10 @@ impl Plate {
 
     /// Returns a warning about the channels of an EXR that are neither colour nor alpha.
     fn lost_channels(&self, target: Format) -> Option<String> {
-        let Source::Exr { image, channels } = &self.source else {
+        let Source::Exr {
+            image, channels, ..
+        } = &self.source
+        else {
             return None;
         };
         let lost: Vec<String> = (image.channels().into_iter())
@@ -117,7 +122,9 @@ impl Plate {
     /// Returns the texts that the target stores: provenance, and in some formats any.
     fn new_texts(&self, capabilities: Capabilities, warnings: &mut Vec<String>) -> TextAttributes {
         let all = match &self.source {
-            Source::Exr { image, channels } => image.provenance(channels.colour[0]),
+            Source::Exr {
+                image, channels, ..
+            } => image.provenance(channels.colour[0]),
             Source::Raster { image, .. } => image.texts.clone(),
         };
         let is_stored = |(name, _): &(String, String)| capabilities.texts || is_provenance(name);

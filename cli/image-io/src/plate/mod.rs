@@ -2,13 +2,16 @@
 
 mod colour_space;
 mod convert;
+mod non_finite;
+mod views;
 
-use std::fmt;
 use std::path::Path;
 
+pub use self::non_finite::NonFiniteSamples;
+use self::views::parts_of;
 use crate::error::{FileError, Result};
 use crate::format::Format;
-use crate::formats::exr::{self, ColourChannels, ExrCompression, ExrImage};
+use crate::formats::exr::{self, ColourChannels, DepthOwner, ExrCompression, ExrImage, ViewChoice};
 use crate::formats::output_row;
 use crate::image_channel::ImageChannel;
 use crate::image_file::ImageFile;
@@ -23,6 +26,10 @@ use crate::windows::{ImageWindows, PixelWindow};
 pub struct PlateOptions {
     /// The EXR layer or part to read; the root channels if `None`.
     pub layer: Option<String>,
+    /// The views of an EXR to read.
+    pub view: ViewChoice,
+    /// Whether all channels are extended by their edge pixels where the data window grows, and not only colour and depth.
+    pub extend_channels: bool,
     /// The encoding of integer samples, in the file and in a conversion to integers. If `None` it is sRGB, and in DPX
     /// that of the header, else linear. Floats are linear if `None`.
     pub encoding: Option<Encoding>,
@@ -53,52 +60,15 @@ enum Source {
     Exr {
         image: Box<ExrImage>,
         channels: ColourChannels,
+        /// Those of the other views that were chosen.
+        other_views: Vec<ColourChannels>,
+        /// Views of the file that were not chosen.
+        unchanged_views: Vec<String>,
     },
     Raster {
         image: RasterImage,
         encoding: Encoding,
     },
-}
-
-/// NaN and infinite samples of a channel.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NonFiniteSamples {
-    /// The name of the channel.
-    pub channel: String,
-    /// The number of samples that are not finite.
-    pub count: usize,
-    /// Column and row of the first, from the top-left pixel of the data window.
-    pub first: (usize, usize),
-}
-
-impl fmt::Display for NonFiniteSamples {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (column, row) = self.first;
-        let (channel, count) = (&self.channel, self.count);
-        if count == 1 {
-            return write!(
-                f,
-                "channel {channel}: the sample at column {column}, row {row} is NaN or infinite"
-            );
-        }
-        write!(
-            f,
-            "channel {channel}: {count} samples are NaN or infinite, the first at column {column}, row {row}"
-        )
-    }
-}
-
-impl NonFiniteSamples {
-    /// Finds the NaN and infinite samples of a plane of `width` pixels per row; `None` if all are finite.
-    fn find(channel: &str, width: usize, plane: &[f32]) -> Option<Self> {
-        let first = plane.iter().position(|v| !v.is_finite())?;
-        let width = width.max(1);
-        Some(Self {
-            channel: channel.to_owned(),
-            count: plane.iter().filter(|v| !v.is_finite()).count(),
-            first: (first % width, first / width),
-        })
-    }
 }
 
 impl Plate {
@@ -107,28 +77,58 @@ impl Plate {
     /// # Errors
     /// A file that cannot be read, is in no supported format, or has no colour channels.
     pub fn open(path: &Path, options: &PlateOptions) -> Result<Self> {
+        Self::open_view(path, options, 0)
+    }
+
+    /// Reads the view at `index` of those that `options` choose, as [`Plate::open`] reads the first.
+    ///
+    /// # Errors
+    /// Those of [`Plate::open`], and fewer views.
+    pub fn open_view(path: &Path, options: &PlateOptions, index: usize) -> Result<Self> {
         match ImageFile::open(path, Limits::PLATE)? {
-            ImageFile::Exr(image) => Self::from_exr(image, options),
+            ImageFile::Exr(image) => Self::from_exr(image, options, index),
             ImageFile::Raster(image) => Self::from_raster(*image, options),
         }
     }
 
-    fn from_exr(mut image: Box<ExrImage>, options: &PlateOptions) -> Result<Self> {
+    fn from_exr(mut image: Box<ExrImage>, options: &PlateOptions, index: usize) -> Result<Self> {
         let layer = options.layer.as_deref();
-        let channels = if options.alpha_per_channel {
-            image.colour_with_channel_alphas(layer)?
+        let mut views = if options.alpha_per_channel {
+            image.colour_with_channel_alphas(layer, &options.view)?
         } else {
-            image.colour(layer)?
+            image.colour_views(layer, &options.view)?
         };
-        if let Some(compression) = options.compression {
-            image.compress(&channels.all(), compression);
+        if index >= views.len() {
+            return Err(FileError::new(
+                image.path(),
+                "views",
+                format!(
+                    "has {} views of the plate, and view {} was asked for",
+                    views.len(),
+                    index + 1
+                ),
+                "render all frames with the same views",
+            ));
         }
+        if let Some(compression) = options.compression {
+            for part in parts_of(&views) {
+                image.compress(&part, compression);
+            }
+        }
+        let mut unchanged_views = image.view_names();
+        unchanged_views.retain(|name| views.iter().all(|own| own.view.as_ref() != Some(name)));
+        let channels = views.remove(index);
         Ok(Self {
             names: channels.names.clone(),
             windows: image.windows(channels.colour[0]),
             options: options.clone(),
             colour_space: None,
-            source: Source::Exr { image, channels },
+            source: Source::Exr {
+                image,
+                channels,
+                other_views: views,
+                unchanged_views,
+            },
         })
     }
 
@@ -138,6 +138,12 @@ impl Plate {
             return refuse(
                 format!("has no layers, but --layer {layer} was given"),
                 "leave out --layer",
+            );
+        }
+        if let ViewChoice::Named(view) = &options.view {
+            return refuse(
+                format!("has no views, but --view {view} was given"),
+                "leave out --view",
             );
         }
         if options.alpha_per_channel {
@@ -185,7 +191,9 @@ impl Plate {
     /// Returns the sample format of the colour channels; float if they differ.
     fn sample_format(&self) -> SampleFormat {
         match &self.source {
-            Source::Exr { image, channels } => image.sample_format(&channels.colour),
+            Source::Exr {
+                image, channels, ..
+            } => image.sample_format(&channels.colour),
             Source::Raster { image, .. } => image.sample_format(),
         }
     }
@@ -239,11 +247,21 @@ impl Plate {
         self.windows
     }
 
-    /// Changes the data window of an EXR: all channels of the part are cropped, and extended by their edge pixels.
-    /// Plates of other formats stay the same.
+    /// Changes the data window of an EXR: all channels of the part are cropped. Colour, alpha and depth are extended by their
+    /// edge pixels; other channels, such as identifiers, coverage and normals, are zero there unless
+    /// [`PlateOptions::extend_channels`] is set. Plates of other formats stay the same.
     pub fn set_data_window(&mut self, window: PixelWindow) {
-        if let Source::Exr { image, channels } = &mut self.source {
-            image.set_data_window(channels.colour[0], window);
+        if let Source::Exr {
+            image, channels, ..
+        } = &mut self.source
+        {
+            let mut extended = channels.all();
+            let depth = image.depth_channel(None, DepthOwner::Colour(channels.colour[0]));
+            extended.extend(depth);
+            let all = self.options.extend_channels;
+            image.set_data_window(channels.colour[0], window, |id| {
+                all || extended.contains(&id)
+            });
             self.windows.data = window;
         }
     }
@@ -292,7 +310,9 @@ impl Plate {
     /// Returns the colour planes, scene-linear, row-major, in the order of [`Plate::colour_names`].
     pub fn colour(&self) -> Vec<Vec<f32>> {
         match &self.source {
-            Source::Exr { image, channels } => {
+            Source::Exr {
+                image, channels, ..
+            } => {
                 let ids = channels.colour.iter();
                 ids.map(|&id| image.samples(id)).collect()
             }
@@ -308,7 +328,9 @@ impl Plate {
     /// Returns the alpha plane, if there is one.
     pub fn alpha(&self) -> Option<Vec<f32>> {
         match &self.source {
-            Source::Exr { image, channels } => channels.alpha.map(|id| image.samples(id)),
+            Source::Exr {
+                image, channels, ..
+            } => channels.alpha.map(|id| image.samples(id)),
             Source::Raster { image, .. } => image.plane("A").map(<[f32]>::to_vec),
         }
     }
@@ -325,7 +347,9 @@ impl Plate {
     /// [`PlateOptions::alpha_per_channel`].
     pub fn channel_alphas(&self) -> Vec<Vec<f32>> {
         match &self.source {
-            Source::Exr { image, channels } => {
+            Source::Exr {
+                image, channels, ..
+            } => {
                 let ids = channels.channel_alphas.iter();
                 ids.map(|&id| image.samples(id)).collect()
             }
@@ -337,7 +361,9 @@ impl Plate {
     pub fn non_finite(&self) -> Vec<NonFiniteSamples> {
         let find = |name: &str, plane: &[f32]| NonFiniteSamples::find(name, self.width(), plane);
         match &self.source {
-            Source::Exr { image, channels } => {
+            Source::Exr {
+                image, channels, ..
+            } => {
                 let ids = channels.all().into_iter();
                 ids.filter_map(|id| find(&image.channel_name(id), &image.samples(id)))
                     .collect()
@@ -372,7 +398,9 @@ impl Plate {
             ));
         }
         match &mut self.source {
-            Source::Exr { image, channels } => {
+            Source::Exr {
+                image, channels, ..
+            } => {
                 for (&id, plane) in channels.colour.iter().zip(planes) {
                     image.replace(id, plane)?;
                 }
@@ -393,7 +421,9 @@ impl Plate {
     /// A plate without alpha, and a plane of another size.
     pub fn set_alpha(&mut self, samples: &[f32]) -> Result<()> {
         match &mut self.source {
-            Source::Exr { image, channels } => match channels.alpha {
+            Source::Exr {
+                image, channels, ..
+            } => match channels.alpha {
                 Some(id) => image.replace(id, samples),
                 None => Err(FileError::new(
                     image.path(),
@@ -411,7 +441,10 @@ impl Plate {
     /// # Errors
     /// A plane of another size.
     pub fn set_channel_alphas(&mut self, planes: &[Vec<f32>]) -> Result<()> {
-        if let Source::Exr { image, channels } = &mut self.source {
+        if let Source::Exr {
+            image, channels, ..
+        } = &mut self.source
+        {
             for (&id, plane) in channels.channel_alphas.iter().zip(planes) {
                 image.replace(id, plane)?;
             }
@@ -425,13 +458,37 @@ impl Plate {
     /// A format without depth channels, or no such channel.
     pub fn depth(&self, channel: Option<&str>) -> Result<ImageChannel> {
         match &self.source {
-            Source::Exr { image, .. } => ImageChannel::depth_of_exr(image, channel),
+            Source::Exr { image, .. } => {
+                ImageChannel::depth_of_exr(image, channel, self.as_depth_owner())
+            }
             Source::Raster { image, .. } => Err(FileError::new(
                 image.path(),
                 "depth",
                 format!("cannot be in a {} plate", image.format()),
                 "give the depth pass as a file of its own",
             )),
+        }
+    }
+
+    /// Reads a depth pass of this plate from `file`, as [`ImageChannel::read_depth`] does. If `file` is that of the plate, the
+    /// pass is of the same part or view.
+    ///
+    /// # Errors
+    /// Those of [`ImageChannel::read_depth`].
+    pub fn read_depth(&self, file: &Path, channel: Option<&str>) -> Result<ImageChannel> {
+        if file == self.path()
+            && let Source::Exr { image, .. } = &self.source
+        {
+            return ImageChannel::depth_of_exr(image, channel, self.as_depth_owner());
+        }
+        let owner = self.view().map_or(DepthOwner::Unknown, DepthOwner::View);
+        ImageChannel::read_depth(file, channel, owner)
+    }
+
+    fn as_depth_owner(&self) -> DepthOwner<'_> {
+        match &self.source {
+            Source::Exr { channels, .. } => DepthOwner::Colour(channels.colour[0]),
+            Source::Raster { .. } => DepthOwner::Unknown,
         }
     }
 
@@ -452,7 +509,9 @@ impl Plate {
         settings: &[(String, String)],
     ) {
         match &mut self.source {
-            Source::Exr { image, channels } => {
+            Source::Exr {
+                image, channels, ..
+            } => {
                 let id = channels.colour[0];
                 let texts = provenance.texts(frame, settings, &image.provenance(id));
                 image.set_provenance(id, &texts);
@@ -460,6 +519,18 @@ impl Plate {
             Source::Raster { image, .. } => {
                 image.texts = provenance.texts(frame, settings, &image.texts);
             }
+        }
+    }
+
+    /// Checks, before the work begins, that the plate can be written to `path`.
+    ///
+    /// # Errors
+    /// An extension of no writable format, and content that the format does not allow.
+    pub fn check_output(&self, path: &Path) -> Result<()> {
+        let target = output_row(path)?.0;
+        match &self.source {
+            Source::Exr { image, .. } if target == self.format() => image.check_writable(),
+            _ => Ok(()),
         }
     }
 

@@ -8,7 +8,7 @@ use exr::meta::attribute::{AttributeValue, Text, TimeCode};
 use exr::prelude::Compression;
 
 use super::dpx_files::DpxBuilder;
-use super::{image, part, save};
+use super::{image, part, patch, save};
 use crate::description::Description;
 use crate::formats::dpx::byte_order::ByteOrder;
 use crate::formats::exr::ExrImage;
@@ -22,7 +22,6 @@ fn code() -> TimeCode {
 /// A film key code: 1 2 345678 9 10, with 3 perforations per frame.
 fn key_code() -> AttributeValue {
     AttributeValue::Custom {
-        // The type of wrapped key codes.
         kind: Text::from("keycodX"),
         bytes: [1, 2, 345_678, 9, 10, 3, 64]
             .iter()
@@ -54,6 +53,8 @@ fn write_exr(path: &Path, owner: &str) {
     let mut image = image(vec![part]);
     image.attributes.time_code = Some(code());
     save(&image, path);
+    // The library writes wrong key codes.
+    patch(path, b"keyCodX\0keycodX\0", b"keyCode\0keycode\0");
 }
 
 fn open(path: &Path) -> Plate {

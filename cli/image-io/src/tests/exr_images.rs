@@ -7,7 +7,7 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, SampleType, Text, Tim
 use exr::prelude::{Compression, Vec2, read_all_data_from_file};
 
 use super::{floats, halves, image, part, patch, save};
-use crate::formats::exr::ExrImage;
+use crate::formats::exr::{DepthOwner, ExrImage};
 use crate::image_channel::{ChannelSpec, ImageChannel};
 use crate::plate::{Plate, PlateOptions};
 use crate::windows::ImageWindows;
@@ -171,10 +171,17 @@ fn channels_are_found_by_layer_part_and_name() {
     let error = plate.colour(Some("specular")).expect_err("no such layer");
     assert!(error.to_string().contains("rgba:diffuse.R"), "{error}");
     assert!(error.to_string().contains("--layer"), "{error}");
-    let z = plate.depth_channel(None).expect("Z");
+    let z = plate.depth_channel(None, DepthOwner::Unknown).expect("Z");
     assert_eq!(plate.channel_name(z), "Z");
-    assert_eq!(plate.depth_channel(Some("depth:z")).expect("any case"), z);
-    let id = plate.depth_channel(Some("id")).expect("by name");
+    assert_eq!(
+        plate
+            .depth_channel(Some("depth:z"), DepthOwner::Unknown)
+            .expect("any case"),
+        z
+    );
+    let id = plate
+        .depth_channel(Some("id"), DepthOwner::Unknown)
+        .expect("by name");
     assert_eq!(
         plate
             .channels()
@@ -184,7 +191,9 @@ fn channels_are_found_by_layer_part_and_name() {
             .sample_type,
         SampleType::U32
     );
-    let error = plate.depth_channel(Some("W")).expect_err("no such channel");
+    let error = plate
+        .depth_channel(Some("W"), DepthOwner::Unknown)
+        .expect_err("no such channel");
     assert!(error.to_string().contains("depth:Z"), "{error}");
 }
 
@@ -208,9 +217,12 @@ fn monochrome_and_lower_case_channels_are_found() {
     };
     assert_eq!(open(vec!["Y"]).colour(None).expect("Y").names, ["Y"]);
     let grey = open(vec!["Y"]);
-    assert!(grey.depth_channel(None).is_err(), "its colour");
+    assert!(
+        grey.depth_channel(None, DepthOwner::Unknown).is_err(),
+        "its colour"
+    );
     assert_eq!(
-        ImageChannel::read_depth(&path, None)
+        ImageChannel::read_depth(&path, None, DepthOwner::Unknown)
             .expect("the only channel")
             .channel,
         "Y"
@@ -343,8 +355,8 @@ fn depth_passes_are_fitted_to_the_plate() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
     save(&multi_part(), &path);
-    let pass = ImageChannel::read_depth(&path, None).expect("Z");
-    assert_eq!((pass.channel.as_str(), pass.samples[7]), ("Z", 7.0));
+    let pass = ImageChannel::read_depth(&path, None, DepthOwner::Unknown).expect("Z");
+    assert_eq!((pass.channel.as_str(), pass.samples[7]), ("depth:Z", 7.0));
     let inner = PixelWindow {
         x: -2,
         y: -1,
@@ -395,7 +407,14 @@ fn depth_passes_are_fitted_to_the_plate() {
         ("C:\\a\\z.exr:Z", "C:\\a\\z.exr", Some("Z")),
         ("C:z.exr", "C:z.exr", None),
         ("a:b/z.exr", "a:b/z.exr", None),
-        ("z.%04d.exr:part:Z", "z.%04d.exr:part", Some("Z")),
+        ("z.%04d.exr:part:Z", "z.%04d.exr", Some("part:Z")),
+        (
+            "C:\\a\\z.exr:left.main:Z",
+            "C:\\a\\z.exr",
+            Some("left.main:Z"),
+        ),
+        ("z.tif:Shadow/Z", "z.tif", Some("Shadow/Z")),
+        ("no_name:Z", "no_name", Some("Z")),
         ("z.exr:", "z.exr:", None),
     ] {
         let spec = ChannelSpec::parse(text);

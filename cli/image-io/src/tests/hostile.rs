@@ -13,7 +13,7 @@ use super::{floats, halves, image, part, patch, save};
 use crate::description::Description;
 use crate::format::Format;
 use crate::formats::dpx::byte_order::ByteOrder;
-use crate::formats::exr::ExrImage;
+use crate::formats::exr::{DepthOwner, ExrImage};
 use crate::image_channel::ImageChannel;
 use crate::observation_set::{ReadOptions, read};
 use crate::plate::{Plate, PlateOptions};
@@ -101,7 +101,7 @@ const DPX_FIELDS: [usize; 13] = [0, 4, 16, 768, 772, 776, 780, 800, 804, 808, 81
 /// Reads a file in every way. Only a panic or an abort fails the test.
 fn read_in_every_way(path: &Path) {
     let _ = Plate::open(path, &PlateOptions::default());
-    let _ = ImageChannel::read_depth(path, None);
+    let _ = ImageChannel::read_depth(path, None, DepthOwner::Unknown);
     let _ = Description::read(path);
     if let Ok(plate) = RasterImage::open(path) {
         // Writes all metadata that were read.
@@ -207,14 +207,14 @@ fn truncated_files_are_refused_at_every_length() {
         fs::write(&path, valid).expect("writes");
         assert!(
             Plate::open(&path, &PlateOptions::default()).is_ok()
-                || ImageChannel::read_depth(&path, Some("Z")).is_ok()
+                || ImageChannel::read_depth(&path, Some("Z"), DepthOwner::Unknown).is_ok()
         );
         for length in (0..valid.len()).step_by(7) {
             fs::write(&path, &valid[..length]).expect("writes");
             read_in_every_way(&path);
             if valid.starts_with(&[0x76, 0x2f]) {
                 assert!(
-                    ImageChannel::read_depth(&path, Some("Z")).is_err(),
+                    ImageChannel::read_depth(&path, Some("Z"), DepthOwner::Unknown).is_err(),
                     "{length}"
                 );
             }

@@ -10,10 +10,10 @@ use tiff::tags::Tag;
 use crate::description::Description;
 use crate::plate::{Plate, PlateOptions};
 use crate::raster::RasterImage;
-use crate::samples::{Encoding, SampleFormat};
+use crate::samples::SampleFormat;
 
 /// Returns a chunk with its length and checksum, as the encoder writes it after the header.
-fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
+pub(crate) fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let encoder = png::Encoder::new(&mut file, 1, 1);
     let mut writer = encoder.write_header().expect("a header");
@@ -180,43 +180,6 @@ fn invalid_png_chunks_are_left_out_with_a_warning() {
     let warnings = plate.write(&out).expect("writes").concat();
     assert!(warnings.contains("only the first frame"), "{warnings}");
     assert!(chunks(&out).is_empty());
-}
-
-#[test]
-fn linear_png_samples_that_are_read_as_srgb_cause_a_warning() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.png");
-    let linear = chunk(b"gAMA", &100_000_u32.to_be_bytes());
-    let read_warnings = |before: &[Vec<u8>], encoding: Option<Encoding>| {
-        write_png(&path, png::BitDepth::Sixteen, before, &[]);
-        let options = PlateOptions {
-            encoding,
-            ..PlateOptions::default()
-        };
-        let plate = Plate::open(&path, &options).expect("opens");
-        plate.read_warnings().concat()
-    };
-    for (before, named) in [
-        (vec![linear.clone()], "(gAMA)"),
-        (vec![chunk(b"cICP", &[1, 8, 0, 1])], "(cICP)"),
-    ] {
-        let warnings = read_warnings(&before, None);
-        assert!(
-            warnings.contains(named) && warnings.contains("--encoding"),
-            "{warnings}"
-        );
-        assert_eq!(read_warnings(&before, Some(Encoding::Srgb)), "");
-        let lines = Description::read(&path).expect("opens").lines().concat();
-        assert!(lines.contains(&named[1..5]), "{lines}");
-    }
-    for before in [
-        vec![],
-        vec![chunk(b"gAMA", &45_455_u32.to_be_bytes())],
-        vec![chunk(b"sRGB", &[0]), linear.clone()],
-        vec![chunk(b"cICP", &[1, 13, 0, 1]), linear],
-    ] {
-        assert_eq!(read_warnings(&before, None), "");
-    }
 }
 
 /// Writes a 16-bit TIFF of 3 x 2 pixels with tags of many types and an EXIF directory.

@@ -3,13 +3,16 @@
 mod common_metadata;
 mod conversion;
 mod dpx_files;
+mod exr_attributes;
 mod exr_images;
 mod exr_new;
 mod hostile;
 mod metadata;
 mod observation_sets;
 mod photographs;
+mod png_transfer;
 mod raster_images;
+mod unusual_files;
 
 use std::path::Path;
 

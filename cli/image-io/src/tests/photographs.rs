@@ -233,6 +233,102 @@ fn levels_tables_and_the_active_area_are_applied() {
 }
 
 #[test]
+fn differences_of_black_and_the_white_of_each_channel_count() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let none = PhotographOptions::default();
+    let samples = samples();
+    let rows: Vec<u32> = (0..HEIGHT as u32).map(|y| 50 + y).collect();
+    let columns: Vec<u32> = (0..WIDTH as u32).map(|x| 40 + x).collect();
+    let deltas = Dng::new(&samples)
+        .set(50714, 3, vec![10])
+        .set(50715, 3, columns)
+        .set(50716, 3, rows);
+    let photograph = read(&put(folder.path(), "delta.dng", &deltas.bytes()), &none).expect("valid");
+    let black = |x: usize, y: usize| (10 + 50 + y + 40 + x) as f32;
+    for (x, y) in [(0, 0), (3, 2), (WIDTH - 1, HEIGHT - 1)] {
+        let k = y * WIDTH + x;
+        let linear = f32::from(samples[k]) - black(x, y);
+        assert_eq!(photograph.planes[0][k], linear, "{x}, {y}");
+    }
+    // Clipped samples are at or above the level, whatever the black of their row and column.
+    let bright = vec![4000; WIDTH * HEIGHT];
+    let levels = [
+        (50714, vec![10]),
+        (50715, (0..WIDTH as u32).map(|x| 40 * x).collect()),
+        (50717, vec![4000]),
+    ];
+    let clipped = (levels.into_iter()).fold(Dng::new(&bright), |dng, (tag, values)| {
+        dng.set(tag, 3, values)
+    });
+    let photograph = read(&put(folder.path(), "clip.dng", &clipped.bytes()), &none).expect("valid");
+    assert!(photograph.planes[0].iter().all(|v| *v >= photograph.white));
+
+    // Linear colour whose green clips at 2000.
+    let pixels: Vec<u16> = (0..WIDTH * HEIGHT).flat_map(|_| [2000; 3]).collect();
+    let linear = Dng::new(&pixels)
+        .set(262, 3, vec![34892])
+        .set(277, 3, vec![3])
+        .set(258, 3, vec![16; 3])
+        .set(50714, 3, vec![0; 3])
+        .set(50717, 3, vec![4056, 2000, 4056]);
+    let photograph = read(&put(folder.path(), "white.dng", &linear.bytes()), &none).expect("valid");
+    let is_clipped = photograph
+        .planes
+        .iter()
+        .map(|plane| plane[0] >= photograph.white);
+    assert_eq!(is_clipped.collect::<Vec<_>>(), [false, true, false]);
+    let doubtful = Dng::new(&samples).set(50714, 3, vec![10, 20, 20, 30]);
+    let photograph =
+        read(&put(folder.path(), "four.dng", &doubtful.bytes()), &none).expect("valid");
+    assert!(
+        photograph
+            .warnings
+            .concat()
+            .contains("BlackLevel has 4 values")
+    );
+}
+
+#[test]
+fn the_primary_image_is_read_beside_a_larger_enhanced_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let none = PhotographOptions::default();
+    let samples = samples();
+    let mut bytes = Dng::new(&samples).bytes();
+    let at =
+        |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
+    let first = at(&bytes, 4) as usize;
+    let count = usize::from(u16::from_le_bytes([bytes[first], bytes[first + 1]]));
+    let second = (bytes.len() as u32).to_le_bytes();
+    bytes[first + 2 + 12 * count..][..4].copy_from_slice(&second);
+    // An enhanced image of one row of 1000 pixels: type 16, linear.
+    let entries: [(u16, u32); 8] = [
+        (254, 16),
+        (256, 1000),
+        (257, 1),
+        (258, 16),
+        (262, 34892),
+        (273, 8),
+        (277, 1),
+        (279, 100),
+    ];
+    bytes.extend((entries.len() as u16).to_le_bytes());
+    for (tag, value) in entries {
+        bytes.extend(
+            [
+                &tag.to_le_bytes()[..],
+                &[4, 0, 1, 0, 0, 0],
+                &value.to_le_bytes(),
+            ]
+            .concat(),
+        );
+    }
+    bytes.extend([0; 4]);
+    let photograph = read(&put(folder.path(), "enhanced.dng", &bytes), &none).expect("valid");
+    assert_eq!((photograph.width, photograph.height), (WIDTH, HEIGHT));
+    assert!(photograph.mosaic.is_some());
+}
+
+#[test]
 fn damaged_and_unsupported_dng_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

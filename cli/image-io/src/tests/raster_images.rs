@@ -2,6 +2,7 @@
 
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
 
+use crate::formats::exr::DepthOwner;
 use crate::image_channel::ImageChannel;
 use crate::plate::{Plate, PlateOptions};
 use crate::raster::RasterImage;
@@ -68,7 +69,7 @@ fn float_tiff_keeps_every_bit_and_integers_warn_of_clipping() {
     let back = RasterImage::open(&target).expect("opens");
     assert_eq!(back.plane("B"), Some(&wild[..]));
     assert_eq!(
-        ImageChannel::read_depth(&target, None)
+        ImageChannel::read_depth(&target, None, DepthOwner::Unknown)
             .expect("equal channels")
             .samples,
         wild
@@ -97,13 +98,13 @@ fn eight_bits_are_too_coarse_for_depth() {
     image::DynamicImage::new_luma8(3, 2)
         .save(&path)
         .expect("the test's own file");
-    let error = ImageChannel::read_depth(&path, None).expect_err("8 bits");
+    let error = ImageChannel::read_depth(&path, None, DepthOwner::Unknown).expect_err("8 bits");
     assert!(error.to_string().contains("too coarse"), "{error}");
     image::DynamicImage::new_luma16(3, 2)
         .save(&path)
         .expect("the test's own file");
     assert_eq!(
-        ImageChannel::read_depth(&path, None)
+        ImageChannel::read_depth(&path, None, DepthOwner::Unknown)
             .expect("16 bits")
             .samples,
         [0.0; 6]

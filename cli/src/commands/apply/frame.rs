@@ -5,9 +5,10 @@ use seidel_render::VergencePass;
 
 use super::{ApplyArgs, residual, show, verbose};
 use crate::commands::plates::{
-    FinishedFrame, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord, setting,
+    FinishedFrame, FrameFiles, LoadedPlate, PlateReader, Run, SettingsRecord, ViewWork, setting,
 };
 use crate::commands::{CommandError, value_name};
+use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 
 /// The work on the frames of a run.
@@ -100,13 +101,20 @@ impl Job<'_> {
     }
 }
 
-impl FrameWork for Job<'_> {
+impl ViewWork for Job<'_> {
     type Loaded = LoadedFrame;
-    type Processed = FinishedFrame;
 
-    fn read(&self, index: usize) -> Result<LoadedFrame, CommandError> {
-        let frame = &self.run.frames()[index];
-        let mut loaded = self.reader.read(frame, index)?;
+    fn files(&self, index: usize) -> &FrameFiles {
+        &self.run.frames()[index]
+    }
+
+    fn plate<'a>(&self, frame: &'a LoadedFrame) -> &'a Plate {
+        &frame.loaded.plate
+    }
+
+    fn read(&self, index: usize, view: usize) -> Result<LoadedFrame, CommandError> {
+        let frame = self.files(index);
+        let mut loaded = self.reader.read(frame, index, view)?;
         if self.args.show.is_some() {
             return Ok(LoadedFrame {
                 loaded,

@@ -6,7 +6,7 @@ use seidel_core::{PreparedPlate, no_progress};
 use seidel_render::remove::change_map;
 
 use crate::commands::CommandError;
-use crate::commands::plates::LoadedPlate;
+use crate::commands::plates::{LENS_METADATA, LoadedPlate};
 use seidel_image_io::error::FileError;
 use seidel_image_io::residual::Residual;
 
@@ -34,7 +34,10 @@ pub(super) fn open(
         )
         .into());
     }
-    let changes: Vec<String> = (residual.settings.iter())
+    // The values count, not their sources.
+    let settings = residual.settings.iter();
+    let changes: Vec<String> = settings
+        .filter(|(name, _)| name != LENS_METADATA)
         .filter_map(|(name, before)| {
             let now = record.iter().find(|(own, _)| own == name);
             let now = now.map_or("not given", |(_, value)| value);

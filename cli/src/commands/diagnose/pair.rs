@@ -178,8 +178,9 @@ fn quantisation(plate: &Plate) -> Option<Quantisation> {
     Some(Quantisation {
         step: 1.0 / f64::from(full_scale),
         curve: match plate.encoding() {
-            Some(Encoding::Srgb) => StoredCurve::Srgb,
             Some(Encoding::Linear) | None => StoredCurve::Linear,
+            // The others are steep in the shadows as sRGB is.
+            Some(_) => StoredCurve::Srgb,
         },
     })
 }

@@ -10,8 +10,8 @@ use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    AUTO, ChangeFilter, Files, FinishedFrame, FrameWork, Run, SideInputs, setting, space_of,
-    unrepresentable,
+    AUTO, ChangeFilter, Files, FinishedFrame, FrameFiles, Run, SideInputs, ViewWork, setting,
+    space_of, unrepresentable,
 };
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
@@ -68,11 +68,18 @@ fn scrub(samples: &mut [f32]) -> bool {
     any
 }
 
-impl FrameWork for Job<'_> {
+impl ViewWork for Job<'_> {
     type Loaded = LoadedPicture;
-    type Processed = FinishedFrame;
 
-    fn read(&self, index: usize) -> Result<LoadedPicture, CommandError> {
+    fn files(&self, index: usize) -> &FrameFiles {
+        &self.run.frames()[index]
+    }
+
+    fn plate<'a>(&self, picture: &'a LoadedPicture) -> &'a Plate {
+        &picture.plate
+    }
+
+    fn read(&self, index: usize, view: usize) -> Result<LoadedPicture, CommandError> {
         let args = self.args;
         let options = PlateOptions {
             layer: args.layer.clone(),
@@ -80,7 +87,7 @@ impl FrameWork for Job<'_> {
             colour_managed: true,
             ..PlateOptions::default()
         };
-        let plate = Plate::open(&self.run.frames()[index].input, &options)?;
+        let plate = Plate::open_view(&self.files(index).input, &options, view)?;
         let (from, source) = match args.in_space.as_deref().unwrap_or(AUTO) {
             AUTO => space_of(self.config, &plate)?,
             name => (self.config.space(name)?, "--in-space".to_owned()),

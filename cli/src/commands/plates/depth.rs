@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use seidel_core::{DepthConvention, DepthMeaning, DepthReading, Lens, ObjectDistance};
 
+use super::depth_unit::DepthUnitArgs;
 use super::{SettingsRecord, channel_parser, setting};
 use crate::commands::{CommandError, parse_distance};
 use seidel_image_io::error::FileError;
@@ -32,9 +33,8 @@ pub(crate) struct DepthArgs {
     /// Meaning of the samples of the depth pass
     #[arg(long, value_enum, default_value_t = DepthKind::Distance)]
     depth_kind: DepthKind,
-    /// Unit of the depth pass: m, cm, mm, km, in, ft, or metres per unit; negative if distances are negative
-    #[arg(long, value_name = "UNIT", default_value = "m", value_parser = parse_unit, allow_hyphen_values = true)]
-    depth_unit: f64,
+    #[command(flatten)]
+    pub(super) unit: DepthUnitArgs,
     /// Nearest distance of a normalised depth pass, metres
     #[arg(long, value_name = "METRES")]
     near: Option<f64>,
@@ -65,22 +65,6 @@ enum DepthKind {
     FarZero,
 }
 
-fn parse_unit(text: &str) -> Result<f64, String> {
-    match text {
-        "m" => Ok(1.0),
-        "cm" => Ok(0.01),
-        "mm" => Ok(0.001),
-        "km" => Ok(1000.0),
-        "in" => Ok(0.0254),
-        "ft" => Ok(0.3048),
-        number => number
-            .parse::<f64>()
-            .ok()
-            .filter(|v| v.is_finite() && *v != 0.0)
-            .ok_or_else(|| "give m, cm, mm, km, in, ft, or the metres in one unit".to_owned()),
-    }
-}
-
 impl DepthArgs {
     /// Returns the meaning of the samples of depth passes.
     ///
@@ -93,7 +77,7 @@ impl DepthArgs {
                 "--depth-kind far-one and far-zero need --near and --far, in metres".to_owned(),
             )),
         };
-        let metres_per_unit = self.depth_unit;
+        let metres_per_unit = self.unit.metres;
         let convention = match self.depth_kind {
             DepthKind::Distance => DepthConvention::Distance { metres_per_unit },
             DepthKind::Inverse => DepthConvention::Inverse { metres_per_unit },

@@ -11,6 +11,7 @@ use seidel_core::{
 use super::adjust::{AdjustArgs, adjust_record, scaled_amount};
 use super::animated;
 use super::look::look_record;
+use super::shot_metadata::LensMetadataArgs;
 use super::{SettingsRecord, setting};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::knobs::PlateKnobs;
@@ -28,6 +29,8 @@ pub(crate) struct LensArgs {
     /// CSV with a column `frame` and one column per option, or JSON. The numbers of the look are among them, but not --blades.
     #[arg(long, help_heading = "Look", value_name = "FILE")]
     pub(super) animate: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) metadata: LensMetadataArgs,
 }
 
 /// The options about the lens that an animation table can change.
@@ -51,6 +54,12 @@ pub(crate) struct FrameLens {
 }
 
 impl LensOptions {
+    /// Returns the first of the options called `names` that is given.
+    pub(super) fn given<'n>(&self, names: &[&'n str]) -> Option<&'n str> {
+        let is_given = |name: &&str| self.drawing.knobs.is_given(name) || self.knobs.is_given(name);
+        names.iter().copied().find(is_given)
+    }
+
     /// Writes the options to `settings`.
     pub(super) fn put(&self, settings: &mut Settings) -> Result<(), CommandError> {
         self.drawing.knobs.put(settings)?;

@@ -6,6 +6,7 @@ mod args;
 mod colour;
 mod depth;
 mod depth_check;
+mod depth_unit;
 mod finished_frame;
 mod frame_lens;
 mod frames;
@@ -16,8 +17,11 @@ mod queue;
 mod reader;
 mod resume;
 mod run;
+mod shot_lens;
+mod shot_metadata;
 mod side_images;
 mod side_inputs;
+mod views;
 
 pub(crate) use adjust::scaled_amount;
 pub(crate) use args::PlateCommandArgs;
@@ -25,10 +29,11 @@ pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of, unrepresentabl
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
 pub(crate) use look::LookArgs;
-pub(crate) use queue::FrameWork;
 pub(crate) use reader::{LoadedPlate, LookUse, PlateReader};
 pub(crate) use run::{Run, RunArgs};
+pub(crate) use shot_lens::LENS_METADATA;
 pub(crate) use side_inputs::{SideInputs, channel_parser};
+pub(crate) use views::ViewWork;
 
 /// The settings of a frame by name, for provenance and residuals.
 pub(crate) type SettingsRecord = Vec<(String, String)>;

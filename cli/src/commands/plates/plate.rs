@@ -10,7 +10,7 @@ use seidel_render::MAX_PIXEL_ASPECT;
 use super::colour::{ColourArgs, PlateColour, unrepresentable};
 use crate::commands::{CommandError, EncodingChoice};
 use seidel_image_io::error::FileError;
-use seidel_image_io::formats::exr::{self, ExrCompression};
+use seidel_image_io::formats::exr::{self, ExrCompression, ViewChoice};
 use seidel_image_io::plate::{Plate, PlateOptions};
 use seidel_image_io::samples::Encoding;
 use seidel_image_io::windows::PixelWindow;
@@ -18,9 +18,14 @@ use seidel_image_io::windows::PixelWindow;
 /// Options about the plate.
 #[derive(Debug, Args)]
 pub(crate) struct PlateArgs {
-    /// EXR layer or part to process; the root R, G, B (or Y) and A if omitted
+    /// EXR layer or part to process; if omitted the root R, G, B (or Y) and A, or those of a beauty pass
     #[arg(long, help_heading = "Input")]
     layer: Option<String>,
+    /// View of a stereo EXR to process: left, right or another name; all of them if omitted
+    ///
+    /// Each view is rendered with its own depth. The others stay as they are.
+    #[arg(long, help_heading = "Input", value_name = "VIEW", default_value = "all", value_parser = parse_view)]
+    view: ViewChoice,
     /// Replace NaN and infinite samples by zero, with a warning, instead of stopping
     #[arg(long, help_heading = "Input")]
     scrub: bool,
@@ -48,6 +53,10 @@ pub(crate) struct PlateArgs {
     /// Each alpha is blurred as its colour is. If the plate has such channels, they are read as the alphas of its colours.
     #[arg(long, help_heading = "Output")]
     alpha_per_channel: bool,
+    /// Extend identifiers, masks, normals and all other channels by their edge pixels where the data window grows; they are zero
+    /// there if omitted
+    #[arg(long, help_heading = "Output")]
+    extend_channels: bool,
     /// Compression of an EXR output; that of the plate if omitted, or ZIP if that is lossy
     ///
     /// dwaa, dwab, b44 and b44a are lossy; pxr24 is lossy for floats. With these, parts that hold more than colour and
@@ -64,6 +73,14 @@ enum AlphaChoice {
     Unpremultiplied,
 }
 
+fn parse_view(text: &str) -> Result<ViewChoice, String> {
+    match text {
+        "" => Err("give the name of a view, or all".to_owned()),
+        "all" => Ok(ViewChoice::All),
+        name => Ok(ViewChoice::Named(name.to_owned())),
+    }
+}
+
 fn parse_ratio(text: &str) -> Result<f64, String> {
     text.parse::<f64>()
         .ok()
@@ -76,6 +93,8 @@ impl PlateArgs {
     pub(super) fn options(&self) -> PlateOptions {
         PlateOptions {
             layer: self.layer.clone(),
+            view: self.view.clone(),
+            extend_channels: self.extend_channels,
             encoding: match self.encoding {
                 Some(choice) => Some(choice.into()),
                 // The config defines the encoding.

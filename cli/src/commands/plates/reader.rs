@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, Verdict};
 use seidel_core::{
-    DepthMeaning, Image, LensProfile, LensScale, PlateGeometry, PreparedPlate, Settings,
+    DepthMeaning, Image, LensProfile, LensScale, LensSession, PlateGeometry, PreparedPlate,
+    Settings,
 };
 
 use super::animated::check_columns;
@@ -14,11 +15,13 @@ use super::depth::FrameOrder;
 use super::frame_lens::FrameLens;
 use super::look::{LookArgs, look_record};
 use super::plate::{pixel_window, put_image, rectangle};
+use super::shot_lens::{LENS_METADATA, SINGLE, ShotLens};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
 use crate::commands::CommandError;
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
+use seidel_image_io::formats::exr::ViewChoice;
 use seidel_image_io::lens_profile;
 use seidel_image_io::plate::Plate;
 use seidel_image_io::windows::{ImageWindows, PixelWindow};
@@ -36,6 +39,8 @@ pub(crate) struct PlateReader<'a> {
     /// The lens of frames that no table changes.
     lens: FrameLens,
     animation: Option<Animation>,
+    /// The lens that the shot states, if its use was requested.
+    pub(super) shot: Option<ShotLens>,
     /// Conversion of colours, if one is requested.
     colour: Option<ColourPipeline<'a>>,
     /// The meaning of the samples of depth passes.
@@ -104,8 +109,9 @@ impl<'a> PlateReader<'a> {
         let depth_meaning = args.depth.meaning()?;
         (args.depth).check_lens(lens.session.lens(), lens_file)?;
         let colour = args.plate.colour.pipeline(&args.output, &mut warnings)?;
-        for warning in warnings {
-            console.note(warning);
+        // With settings from metadata they follow when these are known.
+        if args.lens.metadata.source.is_none() {
+            warnings.drain(..).for_each(|warning| console.note(warning));
         }
         Ok(Self {
             args,
@@ -115,6 +121,7 @@ impl<'a> PlateReader<'a> {
             look,
             lens,
             animation,
+            shot: None,
             colour,
             depth_meaning,
         })
@@ -126,14 +133,43 @@ impl<'a> PlateReader<'a> {
         table.flat_map(Animation::names).any(|own| own == name)
     }
 
-    /// Rejects an animation table if `run` is not a sequence.
-    pub(crate) fn check_animation(&self, run: &Run) -> Result<(), CommandError> {
-        if self.animation.is_none() || run.is_sequence() {
+    /// Rejects an animation table if `run` is not a sequence, and reads the lens that its plates or a table beside them state, if
+    /// that was requested. Prints notes on the values, or on those that the plates state and nobody requested.
+    ///
+    /// # Errors
+    /// Values that cannot be true, and plates and tables that state none.
+    pub(crate) fn begin(&mut self, run: &Run, console: &mut Console) -> Result<(), CommandError> {
+        if self.animation.is_some() && !run.is_sequence() {
+            return Err(CommandError::Usage(
+                "--animate needs frames: give IN and OUT a frame pattern, and --frames".to_owned(),
+            ));
+        }
+        if self.args.lens.metadata.source.is_none() {
+            self.unused_knowledge(run)
+                .into_iter()
+                .for_each(|note| console.note(note));
             return Ok(());
         }
-        Err(CommandError::Usage(
-            "--animate needs frames: give IN and OUT a frame pattern, and --frames".to_owned(),
-        ))
+        let mut notes = Vec::new();
+        let shot = self.read_shot(run, &mut notes)?;
+        self.set_shot(shot, &mut notes)?;
+        notes.into_iter().for_each(|note| console.note(note));
+        Ok(())
+    }
+
+    /// Sets the lens by what a shot states. Adds to `notes`.
+    pub(super) fn set_shot(
+        &mut self,
+        shot: Option<ShotLens>,
+        notes: &mut Vec<String>,
+    ) -> Result<(), CommandError> {
+        let options = &self.args.lens.options;
+        if let Some(shot) = shot.as_ref().filter(|shot| shot.table.is_constant()) {
+            options.put_at_frame(&shot.table, SINGLE, &mut self.base)?;
+        }
+        self.lens = options.set(&self.measured, self.lens_file, &self.base, notes)?;
+        self.shot = shot;
+        Ok(())
     }
 
     /// Returns the lens of frame `number`. Adds to `warnings`.
@@ -142,16 +178,30 @@ impl<'a> PlateReader<'a> {
         number: Option<i64>,
         warnings: &mut Vec<String>,
     ) -> Result<FrameLens, CommandError> {
-        let (Some(table), Some(number)) = (&self.animation, number) else {
+        let shot = self.shot.as_ref().map(|shot| &shot.table);
+        // A constant one is among the settings of all frames.
+        let shot = shot.filter(|table| !table.is_constant());
+        let animation = self.animation.as_ref().zip(number);
+        if shot.is_none() && animation.is_none() {
             return Ok(self.lens.clone());
-        };
+        }
         let options = &self.args.lens.options;
         let mut settings = self.base.clone();
-        options.put_at_frame(table, number, &mut settings)?;
-        if let Some(look) = self.look {
-            look.put_at_frame(table, number, &mut settings)?;
+        if let Some(table) = shot {
+            options.put_at_frame(table, number.unwrap_or(SINGLE), &mut settings)?;
+        }
+        if let Some((table, number)) = animation {
+            options.put_at_frame(table, number, &mut settings)?;
+            if let Some(look) = self.look {
+                look.put_at_frame(table, number, &mut settings)?;
+            }
         }
         options.set(&self.measured, self.lens_file, &settings, warnings)
+    }
+
+    /// Returns the lens profile, and the settings of frames that no table changes.
+    pub(super) fn base_session(&self) -> &LensSession {
+        &self.lens.session
     }
 
     /// Returns look and bloom of frame `number` by name, as far as they change the lens or the plate.
@@ -160,14 +210,18 @@ impl<'a> PlateReader<'a> {
         Ok(look_record(lens.session.settings()))
     }
 
-    /// Reads the plate of the frame at `index` of the run, and its depth.
+    /// Reads a view of the plate of the frame at `index` of the run, and its depth.
     pub(crate) fn read(
         &self,
         frame: &FrameFiles,
         index: usize,
+        view: usize,
     ) -> Result<LoadedPlate, CommandError> {
-        let plate = Plate::open(&frame.input, &self.args.plate.options())?;
+        let plate = Plate::open_view(&frame.input, &self.args.plate.options(), view)?;
         let mut warnings = Vec::new();
+        if index == 0 {
+            warnings.extend(plate.channels_notes());
+        }
         let colour = self.colour.as_ref();
         let colour = colour.map(|colour| colour.of_plate(&plate, &mut warnings));
         let colour = colour.transpose()?;
@@ -216,6 +270,10 @@ impl<'a> PlateReader<'a> {
         let prepared = prepared.map_err(|e| FileError::from_core(plate.path(), e))?;
         if order == FrameOrder::First {
             warnings.extend(prepared.frame_warning());
+            let focus = self.shot.as_ref().and_then(|shot| {
+                shot.focus_outside(prepared.depth().reading()?.range_m?, frame.number)
+            });
+            warnings.extend(focus);
         }
         Ok(LoadedPlate {
             lens,
@@ -237,7 +295,19 @@ impl<'a> PlateReader<'a> {
         loaded: &mut LoadedPlate,
         file: &Path,
     ) -> Result<(Plate, Image), CommandError> {
-        let mut image = Plate::open(file, &self.args.plate.options())?;
+        let mut options = self.args.plate.options();
+        if let Some(view) = loaded.plate.view() {
+            options.view = ViewChoice::Named(view.to_owned());
+        }
+        // A background without views is that of every view.
+        let mut image = Plate::open(file, &options).or_else(|error| {
+            options.view = ViewChoice::All;
+            let other = Plate::open(file, &options);
+            other
+                .ok()
+                .filter(|plate| plate.view().is_none())
+                .ok_or(error)
+        })?;
         let (own, plate) = (image.windows(), loaded.plate.windows());
         if own.display != plate.display || !own.data.contains(plate.data) {
             let describe = |windows: ImageWindows| {
@@ -279,6 +349,8 @@ impl<'a> PlateReader<'a> {
     ) -> Result<SettingsRecord, CommandError> {
         let mut record = lens.record.clone();
         record.extend(self.args.depth.record(self.depth_meaning));
+        let metadata = self.shot.as_ref().map(|shot| shot.sources.as_str());
+        record.extend(metadata.map(|sources| setting(LENS_METADATA, sources)));
         let working_space = self.colour.as_ref().map(ColourPipeline::working_space);
         record.extend([
             setting("pixel-aspect", self.args.plate.pixel_aspect(plate)?),

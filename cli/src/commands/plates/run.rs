@@ -9,8 +9,9 @@ use serde_json::json;
 use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
-use super::queue::{FrameResult, FrameWork, Resources, run_pipeline};
+use super::queue::{FrameResult, Resources, run_pipeline};
 use super::resume::unfinished;
+use super::views::{AllViews, ViewWork};
 use crate::Console;
 use crate::commands::{CommandError, parse_threads, thread_pool};
 use crate::progress::{ProgressArgs, ProgressBar};
@@ -21,8 +22,8 @@ use seidel_image_io::sequence::{FramePattern, expand_frames};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
-    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100 or 1-9x2
-    #[arg(long)]
+    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100, 1-9x2 or -3-3
+    #[arg(long, allow_hyphen_values = true)]
     frames: Option<String>,
     /// Number of threads; all cores if omitted
     #[arg(long, value_parser = parse_threads)]
@@ -91,6 +92,9 @@ impl RunArgs {
             ProvenanceChoice::Names => Some(provenance.with_paths(ProvenancePaths::Names)),
             ProvenanceChoice::Full => Some(provenance),
         };
+        let inputs = frames.iter();
+        let inputs = inputs.map(|frame| (frame.number, frame.input.clone()));
+        let inputs: Vec<(Option<i64>, PathBuf)> = inputs.collect();
         if self.skip_existing {
             frames = unfinished(frames, provenance.as_ref(), console);
         }
@@ -103,6 +107,7 @@ impl RunArgs {
             bar: console.progress_bar(label),
             provenance,
             frames,
+            inputs,
         })
     }
 
@@ -134,6 +139,8 @@ impl RunArgs {
 /// A run: its frames, and the threads, memory and progress bar that they share.
 pub(crate) struct Run {
     frames: Vec<FrameFiles>,
+    /// Number and plate of every frame, those that an earlier run finished among them.
+    inputs: Vec<(Option<i64>, PathBuf)>,
     resources: Resources,
     bar: ProgressBar,
     provenance: Option<Provenance>,
@@ -143,6 +150,11 @@ impl Run {
     /// Returns the files of all frames.
     pub(crate) fn frames(&self) -> &[FrameFiles] {
         &self.frames
+    }
+
+    /// Returns number and plate of every frame, those that an earlier run finished among them.
+    pub(super) fn inputs(&self) -> &[(Option<i64>, PathBuf)] {
+        &self.inputs
     }
 
     /// Returns the memory for the frames in flight, bytes.
@@ -176,18 +188,24 @@ impl Run {
     /// The error of a single plate, or those of all frames that failed.
     pub(crate) fn process(
         &self,
-        work: &impl FrameWork<Processed = FinishedFrame>,
+        work: &impl ViewWork,
         console: &mut Console,
     ) -> Result<(), CommandError> {
         let count = self.frames.len();
         let mut failed = Vec::new();
         let write = |index, frame| self.write(index, frame);
-        run_pipeline(work, write, count, &self.resources, |index, result| {
-            let frame = &self.frames[index];
-            let report = || failed.extend(report_frame(frame, result, console));
-            self.bar.suspend(report);
-            self.show_progress(index, 1.0);
-        });
+        run_pipeline(
+            &AllViews(work),
+            write,
+            count,
+            &self.resources,
+            |index, result| {
+                let frame = &self.frames[index];
+                let report = || failed.extend(report_frame(frame, result, console));
+                self.bar.suspend(report);
+                self.show_progress(index, 1.0);
+            },
+        );
         self.bar.clear();
         match failed.len() {
             0 => Ok(()),

@@ -84,7 +84,7 @@ impl PlateReader<'_> {
         (holdout.check(loaded.plate.width()))
             .map_err(|e| FileError::from_core(&matte.file, e.within(&place)))?;
         if let Some(depth) = depth {
-            let pass = ImageChannel::read_depth(&depth.file, depth.channel.as_deref())?;
+            let pass = (loaded.plate).read_depth(&depth.file, depth.channel.as_deref())?;
             holdout.depth = Some(self.fit_pass(&pass, &loaded.plate, &mut loaded.warnings)?);
         }
         let file = &depth.unwrap_or(matte).file;
@@ -144,7 +144,7 @@ fn read_pass(
     remedy: &str,
 ) -> Result<ImageChannel, FileError> {
     match file {
-        Some(pass) => ImageChannel::read_depth(&pass.file, pass.channel.as_deref()),
+        Some(pass) => plate.read_depth(&pass.file, pass.channel.as_deref()),
         None => (plate.depth(None))
             .map_err(|e| FileError::new(plate.path(), "depth", e.problem(), remedy)),
     }

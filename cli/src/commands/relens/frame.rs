@@ -5,8 +5,9 @@ use std::sync::Arc;
 use seidel_core::{LensSession, NoiseGain, RemovedPlate};
 
 use crate::commands::CommandError;
-use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, PlateReader};
+use crate::commands::plates::{FinishedFrame, FrameFiles, LoadedPlate, PlateReader, ViewWork};
 use crate::commands::removal::Removal;
+use seidel_image_io::plate::Plate;
 
 /// The work on the frames of a run.
 pub(super) struct Job<'a> {
@@ -32,12 +33,19 @@ impl Job<'_> {
     }
 }
 
-impl FrameWork for Job<'_> {
+impl ViewWork for Job<'_> {
     type Loaded = LoadedPlate;
-    type Processed = FinishedFrame;
 
-    fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        self.removal.read(index)
+    fn files(&self, index: usize) -> &FrameFiles {
+        self.removal.frame(index)
+    }
+
+    fn plate<'a>(&self, loaded: &'a LoadedPlate) -> &'a Plate {
+        &loaded.plate
+    }
+
+    fn read(&self, index: usize, view: usize) -> Result<LoadedPlate, CommandError> {
+        self.removal.read(index, view)
     }
 
     fn memory_bytes(&self, loaded: &LoadedPlate) -> u64 {

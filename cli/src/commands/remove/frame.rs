@@ -7,7 +7,9 @@ use seidel_core::{NoiseGain, RemovedPlate};
 use super::RemoveArgs;
 use crate::commands::CommandError;
 use crate::commands::apply::default_rendering_record;
-use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, Map, SideFile, setting};
+use crate::commands::plates::{
+    FinishedFrame, FrameFiles, LoadedPlate, Map, SideFile, ViewWork, setting,
+};
 use crate::commands::removal::Removal;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
@@ -127,12 +129,19 @@ fn map(option: &str, loaded: &LoadedPlate, removed: Option<&RemovedPlate>, path:
     }
 }
 
-impl FrameWork for Job<'_> {
+impl ViewWork for Job<'_> {
     type Loaded = LoadedPlate;
-    type Processed = FinishedFrame;
 
-    fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
-        let loaded = self.removal.read(index)?;
+    fn files(&self, index: usize) -> &FrameFiles {
+        self.removal.frame(index)
+    }
+
+    fn plate<'a>(&self, loaded: &'a LoadedPlate) -> &'a Plate {
+        &loaded.plate
+    }
+
+    fn read(&self, index: usize, view: usize) -> Result<LoadedPlate, CommandError> {
+        let loaded = self.removal.read(index, view)?;
         if self.args.residual.is_some() && self.output_format(index)? != loaded.plate.format() {
             let problem = format!(
                 "has another format than the plate, which is {}: --residual would not fit it",

@@ -11,6 +11,7 @@ mod line_fit;
 mod noise;
 mod profile;
 mod segments;
+mod sharpening;
 mod strips;
 #[cfg(test)]
 mod tests;
@@ -231,6 +232,25 @@ impl Scene<'_> {
             )
             .with_kind(ErrorKind::InsufficientData));
         }
+        let profiles = edges.iter().filter(|e| e.channel == reference);
+        let mean = sharpening::overshoot(profiles.map(|e| e.profile.as_slice()));
+        let mut steps: Vec<f64> = (lines.iter())
+            .filter(|line| line.channel == reference)
+            .map(|line| line.line.step.abs())
+            .collect();
+        let quantum = self.photo.errors.quantum / quantile(&mut steps, 0.5).max(1e-9);
+        if let Some(mean) = mean.filter(|mean| mean.is_sharpened(quantum)) {
+            return Err(Error::new(
+                format!("photograph {}", self.photo.name),
+                format!(
+                    "is sharpened: the levels overshoot by {:.2} % of the step in the mean of {kept} edges, with an error of {:.2} %",
+                    100.0 * mean.mean,
+                    100.0 * mean.sigma
+                ),
+                "photograph raw, or develop without sharpening",
+            )
+            .with_kind(ErrorKind::InsufficientData));
+        }
         Ok(Found {
             edges,
             left_out,
@@ -279,7 +299,10 @@ impl Scene<'_> {
             let differences: Vec<f64> = (covered.iter())
                 .map(|k| f64::from(plane[*k] - plane[k + 2]))
                 .collect();
-            noise = noise.max(scatter(&differences) / std::f64::consts::SQRT_2 / white);
+            // Without other noise, the steps of the codes are not edges.
+            let rounding = photo.errors.quantum / 12_f64.sqrt();
+            let own = (scatter(&differences) / std::f64::consts::SQRT_2).max(rounding);
+            noise = noise.max(own / white);
             whites.push(white as f32);
         }
         let mut samples = vec![0.0_f32; pixels];

@@ -158,7 +158,8 @@ fn transfer(plateaus: &[&Plateau], gain: Option<f64>, least: f64) -> EdgeNoise {
         } else if now.dark < least {
             now = EdgeNoise {
                 dark: least,
-                gain: (xy - least * x) / xx,
+                // Negative where even parts have no noise at all, not even that of rounding.
+                gain: ((xy - least * x) / xx).max(0.0),
             };
         }
         if !(now.dark.is_finite() && now.gain.is_finite()) {

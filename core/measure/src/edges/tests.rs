@@ -218,9 +218,14 @@ fn photographs_without_usable_edges_are_refused_with_the_reason() {
     };
     let small = measured(expose(&small.light(), 5)).expect_err("small squares");
     assert!(small.to_string().contains("short_edge"), "{small}");
-    // An unsharp mask, as cameras apply it.
-    let mut sharpened = expose(&CHART.light(), 6);
-    let before = sharpened.planes[0].clone();
+    let error = measured(sharpened(0.7)).expect_err("sharpened");
+    assert!(error.to_string().contains("sharpened"), "{error}");
+}
+
+/// Returns the exposed chart after an unsharp mask of `amount`, as cameras apply it.
+fn sharpened(amount: f32) -> Photograph {
+    let mut photograph = expose(&CHART.light(), 6);
+    let before = photograph.planes[0].clone();
     for y in 4..HEIGHT - 4 {
         for x in 4..WIDTH - 4 {
             let near = [-4_i64, -2, 2, 4].iter().map(|d| {
@@ -230,9 +235,54 @@ fn photographs_without_usable_edges_are_refused_with_the_reason() {
             });
             let mean = near.sum::<f32>() / 8.0;
             let here = before[y * WIDTH + x];
-            sharpened.planes[0][y * WIDTH + x] = here + 0.7 * (here - mean);
+            photograph.planes[0][y * WIDTH + x] = here + amount * (here - mean);
         }
     }
-    let error = measured(sharpened).expect_err("sharpened");
-    assert!(error.to_string().contains("sharpened"), "{error}");
+    photograph
+}
+
+#[test]
+fn weak_sharpening_shows_in_the_mean_of_all_edges() {
+    let error = measured(sharpened(0.12))
+        .expect_err("sharpened")
+        .to_string();
+    assert!(
+        error.contains("in the mean of") && error.contains(" % of the step"),
+        "{error}"
+    );
+    assert!(measured(sharpened(0.0)).is_ok());
+}
+
+/// Codes of a display without noise: even areas are flat, and every step of a code is a contour.
+#[test]
+fn eight_bits_without_noise_are_measured() {
+    let decode = |code: f64| ((code + 0.055) / 1.055).powf(2.4);
+    let encode = |linear: f64| 1.055 * linear.powf(1.0 / 2.4) - 0.055;
+    let plane = CHART.light().into_iter().map(|light| {
+        let code = (255.0 * encode(light / 25_000.0)).round() / 255.0;
+        (255.0 * decode(code)) as f32
+    });
+    let set = measured(Photograph {
+        planes: vec![plane.collect()],
+        channels: vec!["Y".to_owned()],
+        mosaic: None,
+        white: 254.0,
+        errors: SampleErrors::EIGHT_BIT,
+        ..expose(&CHART.light(), 1)
+    });
+    let set = set.expect("edges");
+    assert!(
+        set.set.edges.len() >= 30,
+        "{} {:?}",
+        set.set.edges.len(),
+        set.left_out.len()
+    );
+    for edge in &set.set.edges {
+        let [variance, _] = CHART.moments(edge.normal);
+        let error = (edge.variance_px2 - variance).abs();
+        assert!(
+            error < 0.15 * variance && error < edge.variance_sigma,
+            "{edge:?}"
+        );
+    }
 }

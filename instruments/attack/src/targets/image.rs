@@ -6,6 +6,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use seidel_image_io::description::Description;
+use seidel_image_io::formats::exr::DepthOwner;
 use seidel_image_io::image_channel::ImageChannel;
 use seidel_image_io::plate::{Plate, PlateOptions};
 use seidel_image_io::raster::RasterImage;
@@ -109,7 +110,7 @@ pub(crate) fn read_picture(case: &mut Case, path: &Path) {
 /// Reads a file by the readers of other inputs.
 pub(crate) fn read_otherwise(case: &mut Case, path: &Path) {
     let errors = [
-        ImageChannel::read_depth(path, None).err(),
+        ImageChannel::read_depth(path, None, DepthOwner::Unknown).err(),
         ImageChannel::read_matte(path, None).err(),
         Description::read(path).err(),
         RasterImage::open(path).err(),

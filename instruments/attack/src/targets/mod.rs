@@ -7,6 +7,7 @@ pub(crate) mod frames;
 pub(crate) mod full_disk;
 pub(crate) mod image;
 pub(crate) mod kill;
+mod lens_table;
 pub(crate) mod lists;
 pub(crate) mod manifest;
 pub(crate) mod ocio;
@@ -88,6 +89,7 @@ pub(crate) const ALL: &[&Target] = &[
     &profile::TARGET,
     &manifest::TARGET,
     &animation::TARGET,
+    &lens_table::TARGET,
     &frames::TARGET,
     &patterns::TARGET,
     &lists::TARGET,

@@ -216,10 +216,7 @@ impl Metadata for DpxMetadata {
     }
 
     fn read_warning(&self, assumed: AssumedEncoding) -> Option<String> {
-        let encoding = match assumed.encoding? {
-            Encoding::Linear => "linear",
-            Encoding::Srgb => "sRGB",
-        };
+        let encoding = assumed.encoding?;
         let stated = self.header.transfer_name();
         let is_certain =
             assumed.from_user || stated == "linear" || self.header.encoding() == Encoding::Srgb;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use exr::block::chunk::Chunk;
@@ -13,14 +13,14 @@ use exr::image::read::layers::ReadChannels;
 use exr::image::write::WritableImage;
 use exr::image::{AnyChannels, AnyImage, FlatSamples, Image, Layers, Levels};
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::meta::header::Header;
+use exr::meta::header::{Header, standard_names};
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::ImageAttributes;
 use rayon::prelude::*;
 
 use super::dwa;
-use super::header::correct_headers;
-use super::placeholders::insert_max_samples;
+use super::header::{RawAttribute, correct_headers, headers_end, read_headers};
+use super::placeholders::insert_dropped;
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
 use crate::guard::catch_panic;
@@ -36,30 +36,58 @@ const BATCH: usize = 64;
 /// more pixels than the file can hold.
 pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
     let refuse = |error: exr::error::Error| refusal(input, &error);
+    let mut file = &input.file;
+    let stored = read_headers(&mut file).and_then(|stored| file.rewind().map(|()| stored));
+    let stored = stored.map_err(|error| input.damaged(&format!("its header: {error}")))?;
     let reader = block::read(BufReader::new(&input.file), false).map_err(refuse)?;
     let meta = reader.meta_data().clone();
     check_headers(input, &meta)?;
 
-    let layer_data = read_layers(input, reader, &meta)?;
+    let has_offsets = has_offsets(input, &meta, &stored);
+    let layer_data = read_layers(input, reader, &meta, has_offsets)?;
     let mut image = Image {
         attributes: merged_attributes(&meta.headers),
         layer_data,
     };
-    for (layer, header) in image.layer_data.iter_mut().zip(&meta.headers) {
-        // The library forgets it in flat parts.
-        if let Some(Ok(count)) = header.max_samples_per_pixel.map(i32::try_from) {
-            insert_max_samples(&mut layer.attributes, count);
+    for ((layer, header), stored) in image.layer_data.iter_mut().zip(&meta.headers).zip(&stored) {
+        for attribute in dropped(header, stored) {
+            let RawAttribute { name, kind, value } = attribute;
+            insert_dropped(&mut layer.attributes, name, kind, value);
         }
     }
     Ok(image)
 }
+
+/// Attributes that the library reads in flat parts and does not write.
+const DROPPED: [&[u8]; 2] = [
+    standard_names::DEEP_DATA_VERSION,
+    standard_names::MAX_SAMPLES,
+];
+
+/// Returns the attributes of a part that the library does not write: values that it cannot read, and those that it expects in
+/// other kinds of parts.
+fn dropped<'a>(header: &Header, stored: &'a [RawAttribute]) -> Vec<&'a RawAttribute> {
+    let kept: HashSet<Vec<u8>> = header
+        .all_named_attributes()
+        .map(|(name, _)| name.to_vec())
+        .collect();
+    let is_dropped = |own: &&RawAttribute| {
+        let is_integer = own.kind == b"int";
+        !kept.contains(&own.name) || is_integer && DROPPED.contains(&own.name.as_slice())
+    };
+    stored.iter().filter(is_dropped).collect()
+}
+
+/// The parts of a flat file.
+type FlatLayers = Layers<AnyChannels<Levels<FlatSamples>>>;
 
 /// Reads the pixels of all parts.
 fn read_layers(
     input: &InputFile,
     reader: Reader<BufReader<&File>>,
     meta: &MetaData,
-) -> Result<Layers<AnyChannels<Levels<FlatSamples>>>> {
+    has_offsets: bool,
+) -> Result<FlatLayers> {
     let refuse = |error: exr::error::Error| refusal(input, &error);
     let wanted = exr::image::read::read()
         .no_deep_data()
@@ -67,11 +95,51 @@ fn read_layers(
         .all_channels()
         .all_layers();
     let mut layers = wanted.create_layers_reader(&meta.headers).map_err(refuse)?;
-    let mut chunks = reader
-        .filter_chunks(false, |meta, tile, block| {
+    if has_offsets {
+        let chunks = reader.filter_chunks(false, |meta, tile, block| {
             layers.filter_block(meta, tile, block)
-        })
-        .map_err(refuse)?;
+        });
+        read_blocks(input, chunks.map_err(refuse)?, meta, &mut layers)?;
+    } else {
+        read_blocks(
+            input,
+            reader.all_chunks(false).map_err(refuse)?,
+            meta,
+            &mut layers,
+        )?;
+    }
+    Ok(layers.into_layers())
+}
+
+/// Returns whether the file states where its blocks are. A writer that was stopped leaves zeros; the blocks then follow each
+/// other.
+fn has_offsets(input: &InputFile, meta: &MetaData, stored: &[Vec<RawAttribute>]) -> bool {
+    let count: usize = meta.headers.iter().map(|header| header.chunk_count).sum();
+    let mut offsets = Vec::new();
+    let mut file = &input.file;
+    let mut read = || {
+        let place = file.stream_position()?;
+        file.seek(SeekFrom::Start(headers_end(stored)))?;
+        file.take(8 * count as u64).read_to_end(&mut offsets)?;
+        // The library goes on reading where it was.
+        file.seek(SeekFrom::Start(place))
+    };
+    let is_read = read().is_ok();
+    let (offsets, _) = offsets.as_chunks::<8>();
+    !is_read || offsets.iter().all(|offset| *offset != [0; 8])
+}
+
+/// Reads the pixels of the blocks into `layers`.
+fn read_blocks<L>(
+    input: &InputFile,
+    mut chunks: impl ChunksReader,
+    meta: &MetaData,
+    layers: &mut L,
+) -> Result<()>
+where
+    L: LayersReader,
+{
+    let refuse = |error: exr::error::Error| refusal(input, &error);
     let expected = chunks.expected_chunk_count();
     let mut found = HashSet::new();
     loop {
@@ -101,7 +169,7 @@ fn read_layers(
         let missing = expected - found.len();
         return Err(input.damaged(&format!("{missing} of {expected} blocks are missing")));
     }
-    Ok(layers.into_layers())
+    Ok(())
 }
 
 /// Returns the attributes that all parts share. The format stores them once for the whole file, but some writers put
@@ -164,6 +232,20 @@ fn check_headers(input: &InputFile, meta: &MetaData) -> Result<()> {
     input.check_bytes("dataWindow", bytes)
 }
 
+/// The attributes that every part has, each with its type.
+const REQUIRED: [(&[u8], &str); 10] = [
+    (standard_names::CHANNELS, "chlist"),
+    (standard_names::CHUNKS, "int"),
+    (standard_names::COMPRESSION, "compression"),
+    (standard_names::BLOCK_TYPE, "string"),
+    (standard_names::DATA_WINDOW, "box2i"),
+    (standard_names::DISPLAY_WINDOW, "box2i"),
+    (standard_names::LINE_ORDER, "lineOrder"),
+    (standard_names::PIXEL_ASPECT, "float"),
+    (standard_names::WINDOW_CENTER, "v2f"),
+    (standard_names::WINDOW_WIDTH, "float"),
+];
+
 /// Refuses attributes that no program could read once they are written again.
 fn check_attributes(input: &InputFile, header: &Header) -> Result<()> {
     let own = header.own_attributes.other.iter();
@@ -175,6 +257,14 @@ fn check_attributes(input: &InputFile, header: &Header) -> Result<()> {
         };
         if !(is_text(name) && has_type) {
             return Err(input.damaged(&format!("attribute `{name}` has no name or type")));
+        }
+        if let Some((_, kind)) = REQUIRED.iter().find(|(own, _)| *own == name.as_slice()) {
+            return Err(FileError::new(
+                input.path,
+                format!("attribute {name}"),
+                format!("is not of the type {kind}, which the format requires"),
+                "write the file again with a program that follows the format, such as oiiotool",
+            ));
         }
     }
     Ok(())

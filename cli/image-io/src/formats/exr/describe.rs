@@ -7,6 +7,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
 use super::library_types::utf8;
+use super::selection::{ChannelPlace, NoColour, NoDepth, PartNames, Selection, ViewChoice};
 
 use crate::error::Result;
 use crate::input::InputFile;
@@ -35,7 +36,65 @@ const STORAGE: [&str; 11] = [
 pub(super) fn describe(input: &InputFile) -> Result<Vec<Part>> {
     let meta = MetaData::read_from_buffered(BufReader::new(&input.file), false)
         .map_err(|error| input.damaged(&error.to_string()))?;
-    Ok(meta.headers.iter().map(describe_part).collect())
+    let mut parts: Vec<Part> = meta.headers.iter().map(describe_part).collect();
+    describe_choice(&meta.headers, &mut parts);
+    Ok(parts)
+}
+
+/// Adds which channels would be taken as the plate and as its depth.
+fn describe_choice(headers: &[Header], parts: &mut [Part]) {
+    let names = headers.iter().map(|header| {
+        let channels = header.channels.list.iter().map(|own| own.name.to_string());
+        PartNames::new(&header.own_attributes, channels.collect())
+    });
+    let names: Vec<PartNames> = names.collect();
+    let selection = Selection::new(&names);
+    let name = |place: &ChannelPlace| names[place.part].channels[place.channel].clone();
+    let full_names = |places: &[ChannelPlace]| {
+        let full = places.iter().map(|place| match &names[place.part].name {
+            Some(part) if names.len() > 1 => format!("{part}:{}", name(place)),
+            _ => name(place),
+        });
+        full.collect::<Vec<_>>().join(", ")
+    };
+    let mut add = |part: usize, what: &str, text: String| {
+        parts[part].storage.push((what.to_owned(), text));
+    };
+    let views = match selection.colour(None, &ViewChoice::All) {
+        Ok(views) => views,
+        Err(NoColour::Several(places)) => {
+            let text = format!("one of {}: name it with --layer", full_names(&places));
+            return add(0, "plate", text);
+        }
+        Err(_) => return,
+    };
+    for choice in views {
+        let channels: Vec<String> = choice
+            .colour
+            .iter()
+            .chain(&choice.alpha)
+            .map(name)
+            .collect();
+        let view = choice.view.map(|view| format!("view {view}"));
+        let why: Vec<String> = view.into_iter().chain(choice.reason).collect();
+        let why = if why.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", why.join("; "))
+        };
+        let first = choice.colour[0];
+        add(first.part, "plate", format!("{}{why}", channels.join(", ")));
+        // Samples are not read here, so that equal channels count as several.
+        match selection.depth(Some(first), None, &|_, _| false) {
+            Ok(depth) => add(depth.place.part, "depth of the plate", name(&depth.place)),
+            Err(NoDepth::Several(places)) => {
+                let places = full_names(&places);
+                let text = format!("one of {places}: name it with --depth, if they differ");
+                add(first.part, "depth of the plate", text);
+            }
+            Err(_) => {}
+        }
+    }
 }
 
 fn describe_part(header: &Header) -> Part {
@@ -138,6 +197,13 @@ fn value_text(value: &AttributeValue) -> String {
         AttributeValue::F32(v) => v.to_string(),
         AttributeValue::F64(v) => v.to_string(),
         AttributeValue::Rational((numerator, denominator)) => format!("{numerator}/{denominator}"),
+        AttributeValue::IntegerBounds(bounds) => {
+            // The corners as OpenEXR stores them, both inside. Wide, because a header may claim any.
+            let (start, size) = (bounds.position, bounds.size);
+            let right = i64::from(start.x()) + size.width() as i64 - 1;
+            let bottom = i64::from(start.y()) + size.height() as i64 - 1;
+            format!("{} {} {right} {bottom}", start.x(), start.y())
+        }
         AttributeValue::IntVec2(v) => format!("{} {}", v.x(), v.y()),
         AttributeValue::FloatVec2(v) => list(&[v.x(), v.y()]),
         AttributeValue::FloatVec3((x, y, z)) => list(&[*x, *y, *z]),

@@ -12,58 +12,103 @@ const FIRST_HEADER: u64 = 8;
 /// The flag of files with several parts.
 const MULTI_PART: u32 = 1 << 12;
 
+/// An attribute as it is stored.
+pub(super) struct RawAttribute {
+    pub(super) name: Vec<u8>,
+    pub(super) kind: Vec<u8>,
+    pub(super) value: Vec<u8>,
+}
+
+impl RawAttribute {
+    /// Reads an attribute; `None` at the end of a header.
+    fn read(read: &mut impl Read) -> io::Result<Option<Self>> {
+        let name = read_text(read)?;
+        if name.is_empty() {
+            return Ok(None);
+        }
+        let kind = read_text(read)?;
+        let mut size = [0; 4];
+        read.read_exact(&mut size)?;
+        let length = u64::from(u32::from_le_bytes(size));
+        let mut value = Vec::new();
+        if read.take(length).read_to_end(&mut value)? as u64 != length {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(Some(Self { name, kind, value }))
+    }
+
+    /// Returns its name and all of its bytes, as they are to be stored.
+    fn restored(&self) -> (Vec<u8>, Vec<u8>) {
+        let (name, kind) = restored(&self.name, &self.kind);
+        let size = (self.value.len() as u32).to_le_bytes();
+        let bytes = [name, &[0], kind, &[0], &size, &self.value].concat();
+        (name.to_vec(), bytes)
+    }
+}
+
+/// Reads the attributes of all headers of a file.
+///
+/// # Errors
+/// A file that cannot be read, or that ends within a header.
+pub(super) fn read_headers(file: &mut (impl Read + Seek)) -> io::Result<Vec<Vec<RawAttribute>>> {
+    let is_multi_part = flags(file)? & MULTI_PART != 0;
+    let mut read = BufReader::new(file);
+    let mut headers = Vec::new();
+    loop {
+        let mut attributes = Vec::new();
+        while let Some(attribute) = RawAttribute::read(&mut read)? {
+            attributes.push(attribute);
+        }
+        // An empty header ends those of several parts.
+        if is_multi_part && attributes.is_empty() {
+            return Ok(headers);
+        }
+        headers.push(attributes);
+        if !is_multi_part {
+            return Ok(headers);
+        }
+    }
+}
+
+/// Returns the offset of the first byte behind `headers`, which is where the offsets of the blocks are.
+pub(super) fn headers_end(headers: &[Vec<RawAttribute>]) -> u64 {
+    let size = |own: &RawAttribute| own.name.len() + own.kind.len() + own.value.len() + 6;
+    let all = headers
+        .iter()
+        .map(|own| own.iter().map(size).sum::<usize>() + 1);
+    let end = usize::from(headers.len() > 1);
+    FIRST_HEADER + (all.sum::<usize>() + end) as u64
+}
+
 /// Corrects all headers of a file that was just written.
 ///
 /// # Errors
 /// A file that cannot be read and written, or that ends within a header.
 pub(super) fn correct_headers(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
-    file.seek(SeekFrom::Start(4))?;
-    let mut flags = [0; 4];
-    file.read_exact(&mut flags)?;
-    let is_multi_part = u32::from_le_bytes(flags) & MULTI_PART != 0;
+    let headers = read_headers(file)?;
+    let is_multi_part = flags(file)? & MULTI_PART != 0;
     let mut sorted = Vec::new();
-    let mut read = BufReader::new(&mut *file);
-    loop {
-        let mut attributes = Vec::new();
-        loop {
-            let (name, bytes) = read_attribute(&mut read)?;
-            if name.is_empty() {
-                break;
-            }
-            attributes.push((name, bytes));
-        }
-        let last = attributes.is_empty();
+    for header in headers {
+        let mut attributes: Vec<_> = header.iter().map(RawAttribute::restored).collect();
         attributes.sort();
         sorted.extend(attributes.into_iter().flat_map(|(_, bytes)| bytes));
         sorted.push(0);
-        if last || !is_multi_part {
-            break;
-        }
     }
-    drop(read);
+    if is_multi_part {
+        sorted.push(0);
+    }
     file.seek(SeekFrom::Start(FIRST_HEADER))?;
     file.write_all(&sorted)?;
     file.seek(SeekFrom::End(0))?;
     Ok(())
 }
 
-/// Reads an attribute. Returns its name and all of its bytes; an empty name at the end of a header.
-fn read_attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
-    let name = read_text(read)?;
-    if name.is_empty() {
-        return Ok((name, vec![0]));
-    }
-    let kind = read_text(read)?;
-    let mut size = [0; 4];
-    read.read_exact(&mut size)?;
-    let length = u64::from(u32::from_le_bytes(size));
-    let mut value = Vec::new();
-    if read.take(length).read_to_end(&mut value)? as u64 != length {
-        return Err(io::ErrorKind::UnexpectedEof.into());
-    }
-    let (name, kind) = restored(&name, &kind);
-    let bytes = [name, &[0], kind, &[0], &size, &value].concat();
-    Ok((name.to_vec(), bytes))
+/// Returns version and flags of a file.
+fn flags(file: &mut (impl Read + Seek)) -> io::Result<u32> {
+    file.seek(SeekFrom::Start(4))?;
+    let mut flags = [0; 4];
+    file.read_exact(&mut flags)?;
+    Ok(u32::from_le_bytes(flags))
 }
 
 /// Reads the bytes up to a zero, without it.

@@ -3,19 +3,22 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use exr::image::write::layers::WritableLayers;
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
+use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, LineOrder, SampleType, Text};
 use exr::prelude::{Compression, ImageAttributes, LayerAttributes, Vec2};
 
 use super::codec::{Compressing, read_exr, write_exr};
 use super::compression::{ExrCompression, is_lossy};
 use super::library_types::window;
-use super::placeholders::replace_key_codes;
+use super::placeholders::{replace_key_codes, replace_standard_names};
 use super::samples::{full_level, keep_full_level, overwrite, sample_type};
+use super::selection::ChannelPlace;
 use crate::error::{FileError, Result};
 use crate::input::InputFile;
 use crate::samples::SampleFormat;
-use crate::windows::{ImageWindows, PixelWindow, crop_or_extend};
+use crate::windows::{ImageWindows, PixelWindow, crop_or_extend, crop_or_pad};
 
 /// The identity of a channel: its place in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -29,6 +32,30 @@ impl ChannelId {
     pub fn part(self) -> usize {
         self.part
     }
+
+    pub(super) fn place(self) -> ChannelPlace {
+        ChannelPlace {
+            part: self.part,
+            channel: self.channel,
+        }
+    }
+}
+
+impl From<ChannelPlace> for ChannelId {
+    fn from(place: ChannelPlace) -> Self {
+        Self {
+            part: place.part,
+            channel: place.channel,
+        }
+    }
+}
+
+/// The samples of a channel beyond its data window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Beyond {
+    /// Those of the nearest pixel.
+    Edge,
+    Zero,
 }
 
 /// The name and sample type of a channel.
@@ -91,7 +118,9 @@ impl ExrImage {
                 layer.encoding.line_order = LineOrder::Increasing;
             }
             replace_key_codes(&mut layer.attributes);
+            replace_standard_names(&mut layer.attributes.other);
         }
+        replace_standard_names(&mut self.image.attributes.other);
     }
 
     /// Returns the path of the file.
@@ -227,6 +256,14 @@ impl ExrImage {
         }
     }
 
+    /// Returns the name of a channel for messages, with its part if there are several.
+    pub fn full_name_of(&self, id: ChannelId) -> String {
+        match self.part_name(id.part) {
+            Some(part) if self.parts() > 1 => format!("{part}:{}", self.channel_name(id)),
+            _ => self.channel_name(id),
+        }
+    }
+
     /// Returns the samples of a channel as floats, row-major over its data window. Unsigned integers above 2^24 are
     /// rounded.
     pub fn samples(&self, id: ChannelId) -> Vec<f32> {
@@ -325,24 +362,77 @@ impl ExrImage {
         list.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
-    /// Changes the data window of the part that holds `id`: all of its channels are cropped, and extended by their
-    /// edge pixels. Mip and rip levels are dropped.
-    pub fn set_data_window(&mut self, id: ChannelId, to: PixelWindow) {
+    /// Changes the data window of the part that holds `id`: all of its channels are cropped; beyond their edges, `extended`
+    /// channels are extended by their edge pixels, and others are zero. Mip and rip levels are dropped.
+    pub fn set_data_window(
+        &mut self,
+        id: ChannelId,
+        to: PixelWindow,
+        extended: impl Fn(ChannelId) -> bool,
+    ) {
         let from = self.data_window(id);
         let name = self.channel_name(id);
         self.drop_levels(id, &name);
         let layer = &mut self.image.layer_data[id.part];
-        for channel in &mut layer.channel_data.list {
-            if let Levels::Singular(samples) = &mut channel.sample_data {
-                *samples = match samples {
-                    FlatSamples::F16(s) => FlatSamples::F16(crop_or_extend(s, from, to)),
-                    FlatSamples::F32(s) => FlatSamples::F32(crop_or_extend(s, from, to)),
-                    FlatSamples::U32(s) => FlatSamples::U32(crop_or_extend(s, from, to)),
-                };
+        for (channel, own) in layer.channel_data.list.iter_mut().enumerate() {
+            let beyond = if extended(ChannelId { channel, ..id }) {
+                Beyond::Edge
+            } else {
+                Beyond::Zero
+            };
+            if let Levels::Singular(samples) = &mut own.sample_data {
+                *samples = resized(samples, from, to, beyond);
             }
         }
         layer.size = Vec2(to.width, to.height);
         layer.attributes.layer_position = Vec2(to.x, to.y);
+    }
+
+    /// Replaces the channels `ids` by those of `other`, the same file with other changes. The data window becomes that of both
+    /// together; beyond their own, these channels are zero.
+    pub(crate) fn take_channels(&mut self, other: &Self, ids: &[ChannelId]) {
+        for &id in ids {
+            let (own, theirs) = (self.data_window(id), other.data_window(id));
+            let both = own.union(theirs);
+            if own != both {
+                self.set_data_window(id, both, |_| false);
+            }
+            let taken = &other.channel(id).sample_data;
+            let target = &mut self.image.layer_data[id.part].channel_data.list[id.channel];
+            target.sample_data = match taken {
+                Levels::Singular(samples) if theirs != both => {
+                    Levels::Singular(resized(samples, theirs, both, Beyond::Zero))
+                }
+                levels => levels.clone(),
+            };
+            if matches!(taken, Levels::Singular(_)) {
+                let name = self.channel_name(id);
+                self.drop_levels(id, &name);
+            }
+        }
+        let new = other
+            .warnings
+            .iter()
+            .filter(|own| !self.warnings.contains(own));
+        let new: Vec<String> = new.cloned().collect();
+        self.warnings.extend(new);
+    }
+
+    /// Checks that the file can be written again, apart from its target.
+    ///
+    /// # Errors
+    /// Names, windows or attributes that the format does not allow.
+    pub fn check_writable(&self) -> Result<()> {
+        let headers = self.image.layer_data.infer_headers(&self.image.attributes);
+        match MetaData::validate(&headers, true) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(FileError::new(
+                &self.path,
+                "header",
+                format!("cannot be written again ({error})"),
+                "correct the file, or give OUT the extension of another format",
+            )),
+        }
     }
 
     /// Writes the file, whole or not at all.
@@ -351,5 +441,31 @@ impl ExrImage {
     /// A target that cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         write_exr(path, &self.image, Compressing::Parallel)
+    }
+}
+
+/// Returns samples of the window `from` over the window `to`.
+fn resized(
+    samples: &FlatSamples,
+    from: PixelWindow,
+    to: PixelWindow,
+    beyond: Beyond,
+) -> FlatSamples {
+    match samples {
+        FlatSamples::F16(s) => FlatSamples::F16(resize(s, from, to, beyond)),
+        FlatSamples::F32(s) => FlatSamples::F32(resize(s, from, to, beyond)),
+        FlatSamples::U32(s) => FlatSamples::U32(resize(s, from, to, beyond)),
+    }
+}
+
+fn resize<T: Copy + Default>(
+    samples: &[T],
+    from: PixelWindow,
+    to: PixelWindow,
+    beyond: Beyond,
+) -> Vec<T> {
+    match beyond {
+        Beyond::Edge => crop_or_extend(samples, from, to),
+        Beyond::Zero => crop_or_pad(samples, from, to),
     }
 }

@@ -11,13 +11,15 @@ pub(crate) mod image;
 mod library_types;
 mod placeholders;
 mod samples;
+mod selection;
 mod write_new;
 
 use std::path::Path;
 
-pub use self::channels::ColourChannels;
+pub use self::channels::{ColourChannels, DepthOwner};
 pub use self::compression::ExrCompression;
 pub use self::image::{ChannelId, ChannelInfo, ExrImage};
+pub use self::selection::ViewChoice;
 pub use self::write_new::{NewChannel, write_channels, write_channels_with_texts};
 
 pub(crate) use self::attributes::COLOUR_SPACE;

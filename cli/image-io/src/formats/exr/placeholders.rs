@@ -1,25 +1,73 @@
 //! Attributes that the `exr` library would not write as they were read.
 //!
-//! It reads the seven numbers of a film key code but writes only six, which no program can read, and it refuses the
-//! sample count of deep pixels in flat files. Both are kept under placeholder names, of the length of the real ones so
-//! that nothing moves in the file when `header` restores them.
+//! It reads the seven numbers of a film key code but writes only six, which no program can read. It refuses standard names
+//! with values of another type than the standard's, and drops some attributes that flat files may have, such as `version`. All
+//! of these are kept under placeholder names, of the length of the real ones so that nothing moves in the file when `header`
+//! restores them.
 
 use std::borrow::Cow;
 
+use std::collections::HashMap;
+
 use exr::meta::attribute::{AttributeValue, KeyCode, Text};
+use exr::meta::header::standard_names;
 use exr::prelude::LayerAttributes;
 
 use super::library_types::new_text;
 
-use crate::metadata::{KEY_CODE, key_code_numbers};
+use crate::metadata::key_code_numbers;
 
-const KEY_CODE_PLACEHOLDER: &str = "keyCodX";
 /// The type of key codes.
 const KEY_CODE_TYPE: &str = "keycode";
 const KEY_CODE_TYPE_PLACEHOLDER: &str = "keycodX";
-/// The attribute that counts the samples of deep pixels, which flat files may have too.
-const MAX_SAMPLES: &str = "maxSamplesPerPixel";
-const MAX_SAMPLES_PLACEHOLDER: &str = "maxSamplesPerPixeX";
+/// The bit that marks the last byte of a placeholder name. Standard names are ASCII.
+const MARK: u8 = 0x80;
+
+/// Returns the placeholder of a standard name.
+fn marked(name: &[u8]) -> Text {
+    let mut bytes = name.to_vec();
+    if let Some(last) = bytes.last_mut() {
+        *last |= MARK;
+    }
+    Text::from_slice_unchecked(&bytes)
+}
+
+/// Returns the standard name that a placeholder stands for; `None` for other names.
+fn unmarked(name: &[u8]) -> Option<&'static [u8]> {
+    let (last, start) = name.split_last()?;
+    let is_it = |standard: &&&'static [u8]| {
+        last & MARK != 0 && standard.split_last() == Some((&(last & !MARK), start))
+    };
+    standard_names::ALL.iter().find(is_it).copied()
+}
+
+/// Gives placeholder names to the attributes that have a standard name, and so a type that is not the standard's.
+pub(super) fn replace_standard_names(attributes: &mut HashMap<Text, AttributeValue>) {
+    for name in standard_names::ALL {
+        if let Some(value) = attributes.remove(&Text::from_slice_unchecked(name)) {
+            attributes.insert(marked(name), value);
+        }
+    }
+}
+
+/// Adds an attribute that the library drops, by its name, its type and its bytes.
+pub(super) fn insert_dropped(
+    attributes: &mut LayerAttributes,
+    name: &[u8],
+    kind: &[u8],
+    value: &[u8],
+) {
+    let own = AttributeValue::Custom {
+        kind: Text::from_slice_unchecked(kind),
+        bytes: value.into(),
+    };
+    let name = if standard_names::ALL.contains(&name) {
+        marked(name)
+    } else {
+        Text::from_slice_unchecked(name)
+    };
+    attributes.other.insert(name, own);
+}
 
 /// Replaces all key codes of a part by placeholders.
 pub(super) fn replace_key_codes(attributes: &mut LayerAttributes) {
@@ -35,14 +83,7 @@ pub(super) fn replace_key_codes(attributes: &mut LayerAttributes) {
 
 /// Adds a key code to a part.
 pub(super) fn insert_key_code(attributes: &mut LayerAttributes, code: &KeyCode) {
-    let name = new_text(KEY_CODE_PLACEHOLDER);
-    attributes.other.insert(name, placeholder(code));
-}
-
-/// Adds the sample count of deep pixels to a part.
-pub(super) fn insert_max_samples(attributes: &mut LayerAttributes, count: i32) {
-    let name = new_text(MAX_SAMPLES_PLACEHOLDER);
-    attributes.other.insert(name, AttributeValue::I32(count));
+    (attributes.other).insert(marked(standard_names::KEY_CODE), placeholder(code));
 }
 
 /// Returns the numbers of a key code as a custom attribute.
@@ -58,7 +99,7 @@ fn placeholder(code: &KeyCode) -> AttributeValue {
 
 /// Returns the key code of a part.
 pub(super) fn find_key_code(attributes: &LayerAttributes) -> Option<KeyCode> {
-    let name = Text::new_or_none(KEY_CODE_PLACEHOLDER)?;
+    let name = marked(standard_names::KEY_CODE);
     let AttributeValue::Custom { bytes, .. } = attributes.other.get(&name)? else {
         return None;
     };
@@ -98,14 +139,10 @@ pub(super) fn stored_name<'a>(name: &'a Text, value: &'a AttributeValue) -> Cow<
 
 /// Returns the stored name and type of an attribute, which differ from `name` and `kind` if it is a placeholder.
 pub(super) fn restored<'a>(name: &'a [u8], kind: &'a [u8]) -> (&'a [u8], &'a [u8]) {
-    let is_key_code = kind == KEY_CODE_TYPE_PLACEHOLDER.as_bytes();
-    if name == MAX_SAMPLES_PLACEHOLDER.as_bytes() {
-        (MAX_SAMPLES.as_bytes(), kind)
-    } else if is_key_code && name == KEY_CODE_PLACEHOLDER.as_bytes() {
-        (KEY_CODE.as_bytes(), KEY_CODE_TYPE.as_bytes())
-    } else if is_key_code {
-        (name, KEY_CODE_TYPE.as_bytes())
+    let kind = if kind == KEY_CODE_TYPE_PLACEHOLDER.as_bytes() {
+        KEY_CODE_TYPE.as_bytes()
     } else {
-        (name, kind)
-    }
+        kind
+    };
+    (unmarked(name).unwrap_or(name), kind)
 }

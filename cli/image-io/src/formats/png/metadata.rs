@@ -7,6 +7,7 @@ use png::text_metadata::{ITXtChunk, TEXtChunk, ZTXtChunk};
 use png::{EncodingError, Info, Writer};
 
 use super::chunks::{AncillaryChunks, Changes, Chunk, ICC_PROFILE};
+use super::transfer::{self, StatedTransfer};
 use crate::error::Result;
 use crate::metadata::TextAttributes;
 use crate::raster::{AssumedEncoding, Metadata, RasterImage};
@@ -126,19 +127,8 @@ impl PngMetadata {
         others.map(Chunk::name_text).collect()
     }
 
-    /// Returns the chunk that states linear samples, if one does: cICP, which takes precedence, or gAMA.
-    fn linear_chunk(&self) -> Option<&'static str> {
-        let data = |name: &[u8; 4]| {
-            let own = self.chunks.iter().find(|chunk| chunk.name() == *name);
-            own.map(Chunk::data)
-        };
-        match (data(b"cICP"), data(b"gAMA")) {
-            // Transfer characteristic 8 of ITU-T H.273.
-            (Some([_, 8, ..]), _) => Some("cICP"),
-            // 100000, which stands for 1.
-            (None, Some([0, 1, 0x86, 0xa0])) if data(b"sRGB").is_none() => Some("gAMA"),
-            _ => None,
-        }
+    fn stated_transfer(&self) -> Option<StatedTransfer> {
+        transfer::stated(&self.chunks, self.icc_profile.as_deref())
     }
 }
 
@@ -170,14 +160,33 @@ impl Metadata for PngMetadata {
         }
     }
 
+    fn encoding(&self) -> Option<Encoding> {
+        self.stated_transfer()?.encoding
+    }
+
     fn read_warning(&self, assumed: AssumedEncoding) -> Option<String> {
-        let chunk = self.linear_chunk()?;
-        let is_ignored = assumed.encoding == Some(Encoding::Srgb) && !assumed.from_user;
-        is_ignored.then(|| {
-            format!(
-                "the PNG states linear samples ({chunk}), but they are read as sRGB; give --encoding linear to read them as linear"
-            )
-        })
+        let used = assumed.encoding?;
+        let StatedTransfer { chunk, encoding } = self.stated_transfer()?;
+        match encoding {
+            Some(stated) if stated == used && stated == Encoding::Srgb => None,
+            Some(stated) if stated == used => {
+                let white = match stated {
+                    Encoding::Pq => "; 1.0 is 203 cd/m2",
+                    Encoding::Hlg => "; 1.0 is the light of the code 0.75",
+                    _ => "",
+                };
+                Some(format!(
+                    "samples are {stated}, as the PNG states ({chunk}){white}"
+                ))
+            }
+            Some(stated) => Some(format!(
+                "the PNG states {stated} samples ({chunk}), but they are read as {used}, as --encoding says"
+            )),
+            None if assumed.from_user => None,
+            None => Some(format!(
+                "the PNG states a transfer function that is not known ({chunk}): samples are read as {used}; give --encoding, or convert the file"
+            )),
+        }
     }
 
     fn rewrite_losses(&self, image: &RasterImage) -> Vec<String> {

@@ -1,7 +1,9 @@
 //! PNG files, 8 and 16 bit.
 
 mod chunks;
+mod icc_curve;
 mod metadata;
+mod transfer;
 
 use std::borrow::Cow;
 use std::io::{BufReader, Seek};

@@ -11,13 +11,15 @@ use super::tags::{
 };
 use crate::error::Result;
 use crate::metadata::TextAttributes;
-use crate::raster::{Metadata, RasterImage};
+use crate::raster::{AssumedEncoding, Metadata, RasterImage};
 
 /// The metadata of a TIFF file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TiffMetadata {
     pub(super) stored: StoredTags,
     has_more_pages: bool,
+    /// Whether the file states another orientation than upright.
+    is_rotated: bool,
     /// Tags that do not pass through and are not about the storage of the pixels.
     lost: Vec<u16>,
 }
@@ -31,6 +33,8 @@ const COLOUR_SPACE: [(u16, &str); 5] = [
     (ICC_PROFILE, "the ICC profile"),
 ];
 
+/// The orientation of pixels that are stored as they are seen: rows from the top, columns from the left.
+const UPRIGHT: u16 = 1;
 const ICC_PROFILE: u16 = 34_675;
 
 /// Names of tags that are texts.
@@ -87,6 +91,11 @@ impl TiffMetadata {
     ) -> Self {
         let mut lost = Vec::new();
         let has_more_pages = decoder.more_images();
+        let orientation = decoder.find_tag_unsigned::<u16>(Tag::Orientation);
+        let is_rotated = orientation
+            .ok()
+            .flatten()
+            .is_some_and(|value| value != UPRIGHT);
         let tags = read_tags(decoder.image_ifd(), &mut lost);
         let mut directories = Vec::new();
         for tag in DIRECTORIES {
@@ -111,6 +120,7 @@ impl TiffMetadata {
         Self {
             stored,
             has_more_pages,
+            is_rotated,
             lost,
         }
     }
@@ -151,6 +161,12 @@ impl Metadata for TiffMetadata {
             (name, text.trim_end_matches('\0').to_owned())
         });
         texts.collect()
+    }
+
+    fn read_warning(&self, _encoding: AssumedEncoding) -> Option<String> {
+        self.is_rotated.then(|| {
+            "the orientation of the TIFF is ignored: pixels are taken as they are stored".to_owned()
+        })
     }
 
     fn rewrite_losses(&self, _image: &RasterImage) -> Vec<String> {

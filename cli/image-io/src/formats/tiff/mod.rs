@@ -5,7 +5,7 @@ mod tags;
 mod write;
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use tiff::decoder::{Decoder, DecodingResult};
@@ -53,6 +53,10 @@ impl ImageFormat for Tiff {
                 FileError::io(input.path, "be read", &error)
             }
             TiffError::UnsupportedError(what) => input.unsupported(&what.to_string(), SUPPORTED),
+            error if error.to_string().contains("lzw end code") => input.unsupported(
+                "LZW data without an end code, unless the file is damaged",
+                "save it with Deflate or without compression",
+            ),
             error => input.damaged(&error.to_string()),
         };
         let unsupported = |feature: String| input.unsupported(&feature, SUPPORTED);
@@ -93,6 +97,9 @@ impl ImageFormat for Tiff {
         let mut decoder = decoder.with_limits(limits);
         let alpha = extra.first().and_then(|&v| ExtraSamples::from_u16(v));
         let metadata = TiffMetadata::read(&mut decoder, alpha);
+        if let Some(feature) = unsupported_layout(&mut decoder, input) {
+            return Err(unsupported(feature));
+        }
         let mut data = DecodingResult::U8(Vec::new());
         let layout = decoder.read_image_to_buffer(&mut data).map_err(refuse)?;
         let is_planar = layout.planes > 1;
@@ -134,7 +141,49 @@ impl ImageFormat for Tiff {
 }
 
 /// Advice on files that use unsupported features.
-const SUPPORTED: &str = "save it as grey or RGB, 8-bit, 16-bit or float, one page";
+const SUPPORTED: &str = "save it as grey or RGB, 8-bit, 16-bit or float, one page, in strips with Deflate or without compression";
+
+/// Returns the name of a layout of the pixels that the decoder takes for damage.
+fn unsupported_layout(
+    decoder: &mut Decoder<BufReader<&File>>,
+    input: &InputFile,
+) -> Option<String> {
+    let mut number = |tag| decoder.find_tag_unsigned_vec::<u64>(tag).ok().flatten();
+    let first = |values: Option<Vec<u64>>| values.and_then(|all| all.first().copied());
+    let (width, height) = (
+        first(number(Tag::ImageWidth))?,
+        first(number(Tag::ImageLength))?,
+    );
+    let tile = (
+        first(number(Tag::TileWidth)),
+        first(number(Tag::TileLength)),
+    );
+    let has_planes = first(number(Tag::SamplesPerPixel)).is_some_and(|samples| samples > 1);
+    if let ((Some(across), Some(down)), Some(2)) = (tile, first(number(Tag::PlanarConfiguration)))
+        && has_planes
+        && (width % across.max(1) != 0 || height % down.max(1) != 0)
+    {
+        return Some(format!(
+            "separate planes in tiles of {across} x {down}, of which {width} x {height} is no multiple,"
+        ));
+    }
+    let depth = first(number(Tag::BitsPerSample));
+    if let Some(bits) = depth.filter(|bits| ![1, 2, 4, 8, 16, 32, 64].contains(bits)) {
+        return Some(format!("{bits} bits per sample"));
+    }
+    let offset = first(number(Tag::StripOffsets)).or_else(|| first(number(Tag::TileOffsets)))?;
+    let is_lzw = first(number(Tag::Compression)) == Some(5);
+    let mut start = [0; 2];
+    let mut file = &input.file;
+    let place = file.stream_position().ok()?;
+    let read = file
+        .seek(SeekFrom::Start(offset))
+        .and_then(|_| file.read_exact(&mut start));
+    file.seek(SeekFrom::Start(place)).ok()?;
+    // Codes of TIFF 5.0 and older begin at the lowest bit of a byte, so that the clear code looks like this.
+    let is_old = is_lzw && read.is_ok() && start[0] == 0 && start[1] & 1 == 1;
+    is_old.then(|| "LZW as before TIFF 6.0".to_owned())
+}
 
 /// Writes planes of `width` x `height` floats as a new TIFF file (grey or RGB), whole or not at all.
 pub(crate) fn write_float(

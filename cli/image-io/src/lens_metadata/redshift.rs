@@ -1,0 +1,26 @@
+//! Redshift's attributes. `rs/camera/aperture` is the film back; `rs/camera/FStop` is that of the photographic exposure.
+
+use super::Quantity;
+use super::attributes::{Dialect, Row, Unit};
+
+pub(super) static DIALECT: Dialect = Dialect {
+    rows: &[
+        Row {
+            name: "rs/camera/DOFFocusDistance",
+            quantity: Quantity::Focus,
+            unit: Unit::Scene,
+        },
+        Row {
+            name: "rs/camera/FStop",
+            quantity: Quantity::FNumber,
+            unit: Unit::FNumber,
+        },
+        Row {
+            name: "rs/camera/aperture",
+            quantity: Quantity::FilmBack,
+            unit: Unit::Millimetres,
+        },
+    ],
+    identity: &[],
+    combine: |_, _| {},
+};

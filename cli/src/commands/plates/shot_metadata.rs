@@ -1,0 +1,60 @@
+//! Options about the lens that a shot states: the attributes of its plates, or a table beside them.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::frame_lens::LensArgs;
+use seidel_image_io::sequence::FramePattern;
+
+/// Options about the lens that a shot states.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Focus")]
+pub(crate) struct LensMetadataArgs {
+    /// Focus and aperture that the plates state, or a table FILE
+    ///
+    /// Sets focus distance, f-number, focal length and film back: by `plate` from the EXR attributes of each frame. FILE is OpenTrackIO JSON, or a table by ARRI Meta Extract, RED REDline, or of Sony, Canon or Blackmagic cameras; or a frame
+    /// pattern of OpenTrackIO samples. Its frames are matched with those of IN by time code, else by frame number. Options and
+    /// --animate come before it, the lens profile after it. Distances in scene units need --depth-unit.
+    #[arg(long = "lens-metadata", id = "lens_metadata", value_name = "plate|FILE", value_parser = parse_source)]
+    pub(super) source: Option<LensSource>,
+    /// Frame of IN that the first row of the table of --lens-metadata belongs to, if neither time code nor frame number says it
+    #[arg(
+        long = "lens-metadata-start",
+        value_name = "FRAME",
+        requires = "lens_metadata"
+    )]
+    pub(super) lens_metadata_start: Option<i64>,
+}
+
+/// A source of settings of the lens.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum LensSource {
+    /// The attributes of the plates.
+    Plate,
+    /// A table, or a frame pattern of them.
+    Table(PathBuf),
+}
+
+fn parse_source(text: &str) -> Result<LensSource, String> {
+    match text {
+        "" => Err("give `plate`, or the path of a table".to_owned()),
+        "plate" => Ok(LensSource::Plate),
+        path => Ok(LensSource::Table(path.into())),
+    }
+}
+
+impl LensArgs {
+    /// Returns the `lenses` of a run, each with its role, and the table of lens settings.
+    pub(crate) fn files_with<'a>(
+        &'a self,
+        mut lenses: Vec<(&'static str, &'a Path)>,
+    ) -> Vec<(&'static str, &'a Path)> {
+        if let Some(LensSource::Table(path)) = &self.metadata.source
+            && (path.is_file() || !FramePattern::parse(path).has_frame())
+        {
+            lenses.push(("LensMetadata", path));
+        }
+        lenses
+    }
+}
