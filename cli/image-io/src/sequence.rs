@@ -76,7 +76,7 @@ impl FramePattern {
     fn number_text(&self, name: &str) -> Option<String> {
         let own = self.path.file_name()?.to_str()?;
         let mut pieces = Vec::new();
-        push_pieces_of_text(own, &mut pieces);
+        push_pieces_of_text(own, 0, &mut pieces);
         let [Piece::Text(start), Piece::Frame(_), Piece::Text(end)] = &pieces[..] else {
             return None;
         };
