@@ -24,7 +24,7 @@ use crate::windows::{ImageWindows, PixelWindow};
 /// The user's choices about a plate.
 #[derive(Debug, Clone, Default)]
 pub struct PlateOptions {
-    /// The EXR layer or part to read; the root channels if `None`.
+    /// The EXR layer, part or view to read; if `None` the root channels, or those of a beauty pass.
     pub layer: Option<String>,
     /// The views of an EXR to read.
     pub view: ViewChoice,
