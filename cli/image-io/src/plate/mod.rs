@@ -470,6 +470,22 @@ impl Plate {
         }
     }
 
+    /// Returns a note on further channels that may be the depth of the plate, where they differ from it.
+    pub fn other_depths_note(&self) -> Option<String> {
+        let Source::Exr {
+            image, channels, ..
+        } = &self.source
+        else {
+            return None;
+        };
+        let others = image.other_depths(channels.colour[0]);
+        (!others.is_empty()).then(|| {
+            format!(
+                "other channels that may be depth, and differ: {others}; --depth takes one of them"
+            )
+        })
+    }
+
     /// Reads a depth pass of this plate from `file`, as [`ImageChannel::read_depth`] does. If `file` is that of the plate, the
     /// pass is of the same part or view.
     ///
