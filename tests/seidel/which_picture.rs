@@ -199,6 +199,20 @@ fn a_guess_among_equals_is_refused_with_the_choice() {
         &format!("{APPLY} @depths.exr -o @no.exr"),
         &["depths.exr", "Pz:Y, depth:Z", "--depth"],
     );
+    // The depth of the part itself comes first, and others are named.
+    let mut own = colours(&checks(0));
+    own.push(("Z", level(2.0)));
+    let near = vec![
+        Part::new("rgba", "", own),
+        Part::new("depth", "", vec![("Z", level(3.0))]),
+    ];
+    save(&folder.join("near.exr"), SIZE, near);
+    let outcome = succeeds(folder, &format!("{APPLY} @near.exr -o @out.exr"));
+    assert!(
+        outcome.stderr.contains("may be depth, and differ: depth:Z"),
+        "{}",
+        outcome.stderr
+    );
     let outcome = seidel_in(folder, "info @two.exr");
     assert!(
         outcome.stdout.contains("name it with --layer"),

@@ -24,7 +24,7 @@ use crate::windows::{ImageWindows, PixelWindow};
 /// The user's choices about a plate.
 #[derive(Debug, Clone, Default)]
 pub struct PlateOptions {
-    /// The EXR layer or part to read; the root channels if `None`.
+    /// The EXR layer, part or view to read; if `None` the root channels, or those of a beauty pass.
     pub layer: Option<String>,
     /// The views of an EXR to read.
     pub view: ViewChoice,
@@ -468,6 +468,22 @@ impl Plate {
                 "give the depth pass as a file of its own",
             )),
         }
+    }
+
+    /// Returns a note on further channels that may be the depth of the plate, where they differ from it.
+    pub fn other_depths_note(&self) -> Option<String> {
+        let Source::Exr {
+            image, channels, ..
+        } = &self.source
+        else {
+            return None;
+        };
+        let others = image.other_depths(channels.colour[0]);
+        (!others.is_empty()).then(|| {
+            format!(
+                "other channels that may be depth, and differ: {others}; --depth takes one of them"
+            )
+        })
     }
 
     /// Reads a depth pass of this plate from `file`, as [`ImageChannel::read_depth`] does. If `file` is that of the plate, the

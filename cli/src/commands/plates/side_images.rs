@@ -35,6 +35,9 @@ impl PlateReader<'_> {
         }
         let remedy = "the lens's blur depends on depth: give --depth FILE or --distance METRES";
         let pass = read_pass(plate, file, remedy)?;
+        if file.is_none() && order == FrameOrder::First {
+            warnings.extend(plate.other_depths_note());
+        }
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };

@@ -2,7 +2,7 @@
 
 use super::image::{ChannelId, ChannelInfo, ExrImage};
 use super::selection::{
-    ChannelPlace, ColourChoice, NoColour, NoDepth, PartNames, Selection, ViewChoice,
+    ChannelPlace, ColourChoice, DepthChoice, NoColour, NoDepth, PartNames, Selection, ViewChoice,
 };
 use crate::error::{FileError, Result};
 
@@ -211,6 +211,20 @@ impl ExrImage {
         found
             .map(ChannelId::from)
             .map_err(|problem| self.no_depth(name, problem))
+    }
+
+    /// Returns the names of channels that may be depth of the colour too, and differ from the depth channel that belongs to it.
+    pub(crate) fn other_depths(&self, colour: ChannelId) -> String {
+        let choice = self
+            .selection()
+            .depth(Some(colour.place()), None, &|_, _| true);
+        let Ok(DepthChoice { place, others }) = choice else {
+            return String::new();
+        };
+        let chosen = self.samples(place.into());
+        let differs = |other: &ChannelPlace| self.samples((*other).into()) != chosen;
+        let others: Vec<ChannelPlace> = others.into_iter().filter(differs).collect();
+        self.full_names(&others)
     }
 
     fn no_depth(&self, name: Option<&str>, problem: NoDepth) -> FileError {

@@ -164,7 +164,7 @@ fn unsupported_layout(
         && (width % across.max(1) != 0 || height % down.max(1) != 0)
     {
         return Some(format!(
-            "separate planes in tiles of {across} x {down}, of which {width} x {height} is no multiple,"
+            "separate planes in tiles of {across} x {down}, with {width} x {height} no multiple of these"
         ));
     }
     let depth = first(number(Tag::BitsPerSample));
