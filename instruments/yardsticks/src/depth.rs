@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 use seidel_core::{Depth, DepthPass, Image, Lens, Plate, Result, Settings, apply, no_progress};
 
+use crate::Extent;
 use crate::page::{Case, Job};
 use crate::picture::Picture;
 
@@ -37,9 +38,13 @@ const THIN_LENS: &str = r#"{"format": "seidel-lens", "version": 1, "kind": "pupi
 const FOCUS_PER_M: f64 = 100.0;
 
 /// Measures all cases.
-pub(crate) fn job(quick: bool) -> Result<Job> {
+pub(crate) fn job(extent: Extent) -> Result<Job> {
     let lens = Lens::from_json(THIN_LENS)?;
-    let radii = if quick { &RADII_PX[..2] } else { &RADII_PX[..] };
+    let radii = if extent == Extent::Quick {
+        &RADII_PX[..2]
+    } else {
+        &RADII_PX[..]
+    };
     let cases: Result<Vec<Case>> = radii
         .par_iter()
         .map(|&[far, near]| case(&lens, far, near))

@@ -10,6 +10,7 @@ use seidel_image_io::observation_set::{self, ReadOptions};
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::predict::predict_set;
 
+use crate::Extent;
 use crate::page::{Case, Job};
 use crate::removal::grey;
 
@@ -33,14 +34,29 @@ const NOISE: f64 = 0.005;
 const NEIGHBOURS: usize = 4;
 
 /// Measures all cases.
-pub(crate) fn job(quick: bool) -> Result<Job> {
+pub(crate) fn job(extent: Extent) -> Result<Job> {
     let mut cases = Vec::new();
-    for name in &LIBRARY[..if quick { 1 } else { LIBRARY.len() }] {
-        let exact = drawn(name, if quick { QUICK_GRID } else { GRID })?;
+    for name in &LIBRARY[..if extent == Extent::Quick {
+        1
+    } else {
+        LIBRARY.len()
+    }] {
+        let exact = drawn(
+            name,
+            if extent == Extent::Quick {
+                QUICK_GRID
+            } else {
+                GRID
+            },
+        )?;
         let noisy = with_noise(&exact)?;
         cases.push(case(&format!("`library:{name}`, drawn"), &noisy, &exact)?);
     }
-    let measured = if quick { &[][..] } else { &MEASURED[..] };
+    let measured = if extent == Extent::Quick {
+        &[][..]
+    } else {
+        &MEASURED[..]
+    };
     for name in measured {
         let Some(folder) = std::env::var_os("SEIDEL_DATA").map(PathBuf::from) else {
             eprintln!("SKIPPED: {name} (set SEIDEL_DATA)");

@@ -29,16 +29,30 @@ struct Options {
     to: Option<PathBuf>,
 }
 
+/// The number of cases that are measured.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Extent {
+    /// The whole range that users have: minutes.
+    Full,
+    /// Few and small cases: seconds.
+    Quick,
+}
+
 fn main() -> ExitCode {
     let options = Options::parse();
-    let jobs = match jobs(options.quick) {
+    let extent = if options.quick {
+        Extent::Quick
+    } else {
+        Extent::Full
+    };
+    let jobs = match jobs(extent) {
         Ok(jobs) => jobs,
         Err(error) => {
             eprintln!("error: {error}");
             return ExitCode::from(2);
         }
     };
-    let text = page::page(&jobs, options.quick);
+    let text = page::page(&jobs, extent);
     let written = match &options.to {
         Some(path) => std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display())),
         None => {
@@ -65,11 +79,11 @@ fn main() -> ExitCode {
 }
 
 /// Measures all jobs.
-fn jobs(quick: bool) -> Result<Vec<Job>> {
+fn jobs(extent: Extent) -> Result<Vec<Job>> {
     Ok(vec![
-        removal::job(quick)?,
-        depth::job(quick)?,
-        lens::job(quick)?,
+        removal::job(extent)?,
+        depth::job(extent)?,
+        lens::job(extent)?,
     ])
 }
 
@@ -79,8 +93,8 @@ mod tests {
 
     #[test]
     fn no_job_is_behind_the_simplest_program() {
-        let jobs = jobs(true).expect("sound cases");
-        let text = page::page(&jobs, true);
+        let jobs = jobs(Extent::Quick).expect("sound cases");
+        let text = page::page(&jobs, Extent::Quick);
         assert!(
             jobs.iter()
                 .all(|job| !job.cases.is_empty() && job.worst_lead() >= 0.0),

@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use crate::Extent;
+
 /// One job of the product with its figures.
 pub(crate) struct Job {
     pub title: &'static str,
-    /// What is compared, a few sentences.
+    /// The comparison in a few sentences.
     pub text: String,
     /// The simplest programs that could do the job.
     pub rivals: &'static [&'static str],
@@ -47,8 +49,11 @@ impl Job {
 }
 
 /// Returns the page of `jobs`.
-pub(crate) fn page(jobs: &[Job], quick: bool) -> String {
-    let command = if quick { " --quick" } else { "" };
+pub(crate) fn page(jobs: &[Job], extent: Extent) -> String {
+    let command = match extent {
+        Extent::Full => "",
+        Extent::Quick => " --quick",
+    };
     let mut text = format!(
         "# Yardsticks\n\nEvery job of Seidel beside the simplest programs that could do it, over the range that users have. \
          `cargo xtask yardsticks{command}` makes this page.\nFigures are in decibels; larger is better. The lead is that over the best \

@@ -7,6 +7,7 @@ use seidel_core::{
     Rectangle, Result, Settings, apply, no_progress, remove,
 };
 
+use crate::Extent;
 use crate::page::{Case, Job};
 use crate::picture::Picture;
 use crate::wiener;
@@ -20,9 +21,9 @@ const NOISE: [f64; 4] = [0.0, 0.001, 0.01, 0.03];
 const SIDE: usize = 320;
 
 /// Measures all cases.
-pub(crate) fn job(quick: bool) -> Result<Job> {
+pub(crate) fn job(extent: Extent) -> Result<Job> {
     let lens = grey(LibraryLens::by_name(LENS)?.profile()?)?;
-    let (radii, noise): (&[f64], &[f64]) = if quick {
+    let (radii, noise): (&[f64], &[f64]) = if extent == Extent::Quick {
         (&RADII_PX[2..3], &NOISE[..2])
     } else {
         (&RADII_PX, &NOISE)
