@@ -18,9 +18,9 @@ pub(crate) fn lens_tables() -> Vec<Vec<u8>> {
         "Index\tMaster TC\tLens Distance Unit\tLens Focus Distance\tLens Focal Length\tLens Iris\tLens Linear Iris\n\
          0\t13:36:49:07\tMeter\t4.812\t40.000\t1.4 + 7/10\t2667\n1\t13:36:49:08\tFeet\t10\t40.000\t2\t--\n",
         "FrameNo,Timecode,Aperture,Focus Distance,Focal Length\n0,23:17:21:08,5.6,410,40\n1,23:17:21:09,5.6,420,40\n",
-        "\"Timecode\",\"Lens Model\",\"Focal Length (mm)\",\"Aperture\",\"Focus Distance (ft)\"\n\
-         \"16:47:04:19\",\"7032\",\"32\",\"T 2 3/10\",\"10\"\n",
-        "Timecode,FocusPosition,FocalLength,ApertureNumber\n0:00:00:00,3F000000,180/10,45/10\n0:00:00:01,7F800000,20,4\n",
+        "\"Timecode\",\"Clip Name\",\"Lens Model\",\"Focal Length (mm)\",\"Aperture\",\"Focus Distance (ft)\"\n\
+         \"16:47:04:19\",\"D001\",\"7032\",\"32\",\"T 2 3/10\",\"10\"\n",
+        "Timecode,FocusPosition,FocalLength,ApertureNumber,ApertureMode\n0:00:00:00,3F000000,180/10,45/10,2\n0:00:00:01,7F800000,20,4,1\n",
         "Clip Metadata\nlens_type: 50mm\n\nFrame 0 Metadata\naperture: T2.3\nfocal_length: 50mm\ndistance: 991mm\n",
         r#"{"protocol": {"name": "OpenTrackIO", "version": [0, 9, 3]}, "timing": {"sequenceNumber": 7,
            "timecode": {"hours": 1, "minutes": 2, "seconds": 3, "frames": 4}},
