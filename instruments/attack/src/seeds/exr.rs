@@ -60,7 +60,7 @@ pub(crate) fn files(folder: &Path) -> Vec<Vec<u8>> {
     let parts = ["left", "right"].map(|name| layer(name, Compression::ZIP16, Blocks::ScanLines));
     files.push(encoded(parts.into()));
     let parts = [
-        layer("flat", Compression::PIZ, Blocks::ScanLines),
+        layer("rgba", Compression::PIZ, Blocks::ScanLines),
         layer("tiled", Compression::RLE, tiles),
     ];
     files.push(encoded(parts.into()));
