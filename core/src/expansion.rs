@@ -4,8 +4,8 @@ use seidel_optics::error::Result;
 
 use crate::margins::Margins;
 use crate::prepared::PreparedPlate;
-use crate::rectangle::Rectangle;
 use crate::settings::Expand;
+use seidel_optics::Rectangle;
 
 /// Samples below this share of the brightest light are not worth a larger data window: less than half floats resolve beside it.
 const NEGLIGIBLE_SHARE: f32 = 1e-6;

@@ -174,7 +174,6 @@ mod plate_gap;
 mod prepared;
 mod prepared_background;
 mod prepared_depth;
-mod rectangle;
 mod relens;
 mod remove;
 mod removed;
@@ -206,7 +205,6 @@ pub use plate_gap::{ChannelPlateGap, PLATE_GAP_BLOCK_PX, PlateGap, picture_gap, 
 pub use prepared::PreparedPlate;
 pub use prepared_background::PreparedBackground;
 pub use prepared_depth::{PreparedDepth, PreparedHoldout};
-pub use rectangle::Rectangle;
 pub use relens::relens;
 pub use remove::remove;
 pub use removed::RemovedPlate;
@@ -227,7 +225,9 @@ pub use seidel_optics::predict::Predictor;
 pub use seidel_optics::profile::{Blades, Controls, LensProfile, Look, LookRange};
 pub use seidel_optics::psf::LocalBlur;
 pub use seidel_optics::tile::Tile;
-pub use seidel_optics::{BlurField, Error, ErrorKind, Fault, Progress, Result, no_progress};
+pub use seidel_optics::{
+    BlurField, Error, ErrorKind, Fault, Progress, Rectangle, Result, no_progress,
+};
 pub use seidel_render::remove::{Canvas, KeptBlurReason, Saturation, SharpPlane};
 pub use seidel_render::{
     Bloom, BlurMap, DepthConvention, DepthFinding, DepthProblem, DepthReading, DepthSlice,

@@ -1,6 +1,6 @@
 //! Margins around a plate.
 
-use crate::rectangle::Rectangle;
+use seidel_optics::Rectangle;
 
 /// Pixels to add on each side of a plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

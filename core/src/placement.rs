@@ -153,7 +153,7 @@ fn sensor_aspect(frame: Frame, squeeze: f64, geometry: &PlateGeometry) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rectangle::Rectangle;
+    use seidel_optics::Rectangle;
 
     fn geometry(display: Rectangle, data: Rectangle, pixel_aspect: f64) -> PlateGeometry {
         PlateGeometry {

@@ -6,7 +6,7 @@ use seidel_optics::field::ImagePoint;
 use seidel_render::{DepthConvention, DepthReading, MAX_PIXEL_ASPECT};
 
 use crate::image::Image;
-use crate::rectangle::Rectangle;
+use seidel_optics::Rectangle;
 
 /// A plate: an image, its place in the frame of the lens, and its depth.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,7 +10,8 @@ use exr::prelude::*;
 use crate::error::{FileError, Result};
 use crate::formats::exr::{Compressing, ExrImage, bounds, new_text, window, write_exr};
 use crate::metadata::TextAttributes;
-use crate::windows::{ImageWindows, PixelWindow};
+use crate::windows::ImageWindows;
+use seidel_optics::Rectangle;
 
 // Attributes of the file.
 const PLATE_WINDOW: &str = "plateDataWindow";
@@ -25,7 +26,7 @@ pub struct Residual {
     /// The windows of the sharp image.
     pub windows: ImageWindows,
     /// The data window of the plate.
-    pub plate: PixelWindow,
+    pub plate: Rectangle,
     /// Names of the planes, such as R or A.
     pub names: Vec<String>,
     /// The sharp image as it was stored.
@@ -149,7 +150,7 @@ impl Residual {
                 "run seidel remove --residual again",
             ));
         }
-        if self.windows.data.contains(self.plate) {
+        if self.windows.data.encloses(self.plate) {
             return Ok(());
         }
         Err(FileError::new(

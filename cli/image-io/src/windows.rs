@@ -1,40 +1,18 @@
 //! Data and display windows, and samples cropped, extended or padded from one window to another.
 
-use std::fmt;
 use std::path::Path;
 
+use seidel_optics::Rectangle;
+
 use crate::error::{FileError, Result};
-
-/// A rectangle of pixels on an unbounded pixel grid: x right, y down.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PixelWindow {
-    /// Column of the left-most pixel; may be negative.
-    pub x: i32,
-    /// Row of the top-most pixel; may be negative.
-    pub y: i32,
-    /// Width, pixels.
-    pub width: usize,
-    /// Height, pixels.
-    pub height: usize,
-}
-
-impl fmt::Display for PixelWindow {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}x{} at ({}, {})",
-            self.width, self.height, self.x, self.y
-        )
-    }
-}
 
 /// The two windows of an image, by OpenEXR's names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageWindows {
     /// The pixels that are stored. They may exceed the display window (overscan) or not fill it.
-    pub data: PixelWindow,
+    pub data: Rectangle,
     /// The frame that is shown, which the lens's full frame covers.
-    pub display: PixelWindow,
+    pub display: Rectangle,
 }
 
 impl ImageWindows {
@@ -49,7 +27,7 @@ impl ImageWindows {
 
     /// Returns the windows of an image without overscan, its corner at (0, 0).
     pub fn of_size(width: usize, height: usize) -> Self {
-        let data = PixelWindow {
+        let data = Rectangle {
             x: 0,
             y: 0,
             width,
@@ -62,67 +40,10 @@ impl ImageWindows {
     }
 }
 
-impl PixelWindow {
-    /// Returns the window with `columns` more on the left and right and `rows` more at the top and bottom.
-    pub fn expanded(self, columns: usize, rows: usize) -> Self {
-        let less = |at: i32, by: usize| at.saturating_sub(i32::try_from(by).unwrap_or(i32::MAX));
-        Self {
-            x: less(self.x, columns),
-            y: less(self.y, rows),
-            width: self.width + 2 * columns,
-            height: self.height + 2 * rows,
-        }
-    }
-
-    /// Returns the window moved as the corner of `from` is to be moved to that of `to`.
-    fn moved(self, from: Self, to: Self) -> Self {
-        let moved = |at: i32, from: i32, to: i32| at.saturating_add(to.saturating_sub(from));
-        Self {
-            x: moved(self.x, from.x, to.x),
-            y: moved(self.y, from.y, to.y),
-            ..self
-        }
-    }
-
-    /// Returns whether all pixels of `inner` are in this window.
-    pub fn contains(self, inner: Self) -> bool {
-        let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
-            let first = i64::from(inner) - i64::from(outer);
-            first >= 0 && first as u64 + inner_size as u64 <= outer_size as u64
-        };
-        within(inner.x, inner.width, self.x, self.width)
-            && within(inner.y, inner.height, self.y, self.height)
-    }
-
-    /// Returns the smallest window that contains both.
-    pub fn union(self, other: Self) -> Self {
-        let span = |a: i32, a_size: usize, b: i32, b_size: usize| {
-            let end = (i64::from(a) + a_size as i64).max(i64::from(b) + b_size as i64);
-            (end - i64::from(a.min(b))) as usize
-        };
-        Self {
-            x: self.x.min(other.x),
-            y: self.y.min(other.y),
-            width: span(self.x, self.width, other.x, other.width),
-            height: span(self.y, self.height, other.y, other.height),
-        }
-    }
-
-    /// Returns whether any pixel is in both windows.
-    fn intersects(self, other: Self) -> bool {
-        let overlap = |a: i32, a_size: usize, b: i32, b_size: usize| {
-            i64::from(a) < i64::from(b) + b_size as i64
-                && i64::from(b) < i64::from(a) + a_size as i64
-        };
-        overlap(self.x, self.width, other.x, other.width)
-            && overlap(self.y, self.height, other.y, other.height)
-    }
-}
-
 /// Returns the samples of window `from` over window `to`: cropped, and extended beyond `from` by its edge pixels.
 ///
 /// Samples are row-major. The result is empty if `from` is empty.
-pub fn crop_or_extend<T: Copy>(samples: &[T], from: PixelWindow, to: PixelWindow) -> Vec<T> {
+pub fn crop_or_extend<T: Copy>(samples: &[T], from: Rectangle, to: Rectangle) -> Vec<T> {
     if samples.is_empty() || samples.len() != from.width * from.height {
         return Vec::new();
     }
@@ -145,7 +66,7 @@ pub fn crop_or_extend<T: Copy>(samples: &[T], from: PixelWindow, to: PixelWindow
 /// Returns the samples of window `from` over window `to`: cropped, and zero beyond `from`.
 ///
 /// Samples are row-major.
-pub fn crop_or_pad<T: Copy + Default>(samples: &[T], from: PixelWindow, to: PixelWindow) -> Vec<T> {
+pub fn crop_or_pad<T: Copy + Default>(samples: &[T], from: Rectangle, to: Rectangle) -> Vec<T> {
     let mut out = vec![T::default(); to.width * to.height];
     // Position of the corner of `to` in `from`.
     let x = i64::from(to.x) - i64::from(from.x);
@@ -188,14 +109,14 @@ pub(crate) fn fit_to_plate(
 ) -> Result<FittedSamples> {
     let wanted = plate.data;
     let fitted = |samples, warning| Ok(FittedSamples { samples, warning });
-    let size = |window: PixelWindow| (window.width, window.height);
+    let size = |window: Rectangle| (window.width, window.height);
     let is_same_frame = size(from.display) == size(plate.display);
     let own = if is_same_frame {
         (from.data).moved(from.display, plate.display)
     } else {
         from.data
     };
-    if is_same_frame && own.contains(wanted) {
+    if is_same_frame && own.encloses(wanted) {
         return fitted(crop_or_extend(samples, own, wanted), None);
     }
     if !is_same_frame && (own.width, own.height) == (wanted.width, wanted.height) {
@@ -209,7 +130,7 @@ pub(crate) fn fit_to_plate(
         });
         return fitted(samples.to_vec(), warning);
     }
-    if is_same_frame && own.intersects(wanted) {
+    if is_same_frame && own.intersection(&wanted).is_some() {
         let warning = format!(
             "{}, channel {channel}: covers {own}, the plate {wanted}; extended by its edge pixels",
             file.display()
@@ -240,8 +161,8 @@ pub(crate) fn fit_to_plate(
 mod tests {
     use super::*;
 
-    fn window(x: i32, y: i32, width: usize, height: usize) -> PixelWindow {
-        PixelWindow {
+    fn window(x: i32, y: i32, width: usize, height: usize) -> Rectangle {
+        Rectangle {
             x,
             y,
             width,
@@ -254,8 +175,8 @@ mod tests {
         let own = window(-1, 2, 3, 2);
         let samples = [1, 2, 3, 4, 5, 6];
         assert_eq!(crop_or_extend(&samples, own, window(0, 3, 2, 1)), [5, 6]);
-        assert!(own.contains(window(0, 3, 2, 1)));
-        assert!(!own.contains(window(0, 3, 3, 1)) && !own.contains(window(-2, 2, 1, 1)));
+        assert!(own.encloses(window(0, 3, 2, 1)));
+        assert!(!own.encloses(window(0, 3, 3, 1)) && !own.encloses(window(-2, 2, 1, 1)));
         let floats = samples.map(|v| v as f32);
         let part = crop_or_pad(&floats, own, window(1, 1, 3, 2));
         assert_eq!(part, [0.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
@@ -276,7 +197,9 @@ mod tests {
     #[test]
     fn extreme_positions_do_not_overflow() {
         let (first, last) = (window(i32::MIN, 0, 4, 4), window(i32::MAX - 3, 0, 4, 4));
-        assert!(!first.contains(last) && !first.intersects(last) && first.contains(first));
+        assert!(
+            !first.encloses(last) && !first.intersection(&last).is_some() && first.encloses(first)
+        );
         assert_eq!(crop_or_extend(&[7_u32; 16], first, last), [7; 16]);
         assert!(crop_or_extend::<u32>(&[], window(0, 0, 0, 4), last).is_empty());
     }
@@ -289,7 +212,7 @@ mod tests {
             display,
         };
         let samples = [0.5; 12];
-        let fit = |data: PixelWindow, display: PixelWindow| {
+        let fit = |data: Rectangle, display: Rectangle| {
             let plate = ImageWindows { data, display };
             fit_to_plate(&samples, pass, plate, Path::new("z.exr"), "Z")
         };

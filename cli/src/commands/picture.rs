@@ -6,10 +6,10 @@ use seidel_calibrate::score::TestImage;
 
 use super::CommandError;
 use seidel_image_io::error::FileError;
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 
 /// Rejects a picture with samples that are not finite.
-pub(super) fn check_finite(plate: &Plate) -> Result<(), FileError> {
+pub(super) fn check_finite(plate: &PlateFile) -> Result<(), FileError> {
     plate.non_finite().first().map_or(Ok(()), |bad| {
         let remedy = "correct the picture";
         Err(FileError::new(plate.path(), "", bad.to_string(), remedy))
@@ -18,7 +18,7 @@ pub(super) fn check_finite(plate: &Plate) -> Result<(), FileError> {
 
 /// Reads the luminance of a picture, by Rec. 709 weights if it is in colour.
 pub(super) fn read_image(path: &Path) -> Result<TestImage, CommandError> {
-    let plate = Plate::open(path, &PlateOptions::default())?;
+    let plate = PlateFile::open(path, &PlateOptions::default())?;
     check_finite(&plate)?;
     let planes = plate.colour();
     let weights: &[f64] = if planes.len() == 3 {

@@ -6,7 +6,7 @@ use super::{PhotographFile, PhotographOptions, Precision, SensorPlane, clipping_
 use crate::error::{FileError, Result};
 use crate::formats::detect;
 use crate::formats::exr;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::{Encoding, SampleFormat};
 
@@ -100,7 +100,7 @@ pub(super) fn read(path: &Path, options: &PhotographOptions) -> Result<Photograp
 }
 
 fn read_exr(path: &Path, options: &PhotographOptions) -> Result<PhotographFile> {
-    let plate = Plate::open(path, &PlateOptions::default())?;
+    let plate = PlateFile::open(path, &PlateOptions::default())?;
     let black = options.black.unwrap_or(0.0);
     let planes = plate.colour().into_iter();
     let minus_black = |plane: Vec<f32>| plane.iter().map(|v| v - black).collect();

@@ -1,12 +1,12 @@
 //! The colour space that the file of a plate states.
 
-use super::{Plate, Source};
+use super::{PlateFile, Source};
 use crate::formats::exr::COLOUR_SPACE;
 
 /// The attribute of the Color Interop Forum that identifies the colour space.
 const INTEROP_ID: &str = "colorInteropID";
 
-impl Plate {
+impl PlateFile {
     /// Returns the attributes that name the colour space, each with its value; none in formats other than EXR.
     ///
     /// Chromaticities are not considered: many programs write those of their working space into every file.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Plate, Source};
+use super::{PlateFile, Source};
 use crate::error::Result;
 use crate::format::{AlphaSupport, Capabilities, Format, GreySupport};
 use crate::formats::Row;
@@ -15,7 +15,7 @@ use crate::windows::{ImageWindows, crop_or_pad};
 /// Largest number of lost channels that a warning names.
 const MAX_NAMED_CHANNELS: usize = 12;
 
-impl Plate {
+impl PlateFile {
     /// Writes the plate in the format of `row`, which is not its own. Returns warnings about everything that changes.
     ///
     /// # Errors
@@ -152,12 +152,12 @@ impl Plate {
         let field = "displayWindow";
         Limits::PLATE.check_size(self.path(), field, display.width, display.height)?;
         Limits::PLATE.check_bytes(self.path(), field, bytes, self.memory_bytes())?;
-        if !display.contains(data) {
+        if !display.encloses(data) {
             warnings.push(format!(
                 "{target} has no data window: the plate is cropped to its display window, {display}"
             ));
         }
-        if !data.contains(display) {
+        if !data.encloses(display) {
             warnings.push(format!(
                 "{target} has no data window: the plate is padded with black to its display window, {display}"
             ));

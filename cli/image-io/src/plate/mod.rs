@@ -19,7 +19,8 @@ use crate::input::Limits;
 use crate::provenance::Provenance;
 use crate::raster::{AssumedEncoding, RasterImage};
 use crate::samples::{Encoding, SampleFormat};
-use crate::windows::{ImageWindows, PixelWindow};
+use crate::windows::ImageWindows;
+use seidel_optics::Rectangle;
 
 /// The user's choices about a plate.
 #[derive(Debug, Clone, Default)]
@@ -45,7 +46,7 @@ pub struct PlateOptions {
 
 /// A plate in memory with everything that its file holds.
 #[derive(Debug, Clone)]
-pub struct Plate {
+pub struct PlateFile {
     source: Source,
     options: PlateOptions,
     names: Vec<String>,
@@ -71,7 +72,7 @@ enum Source {
     },
 }
 
-impl Plate {
+impl PlateFile {
     /// Reads a plate in any supported format.
     ///
     /// # Errors
@@ -80,10 +81,10 @@ impl Plate {
         Self::open_view(path, options, 0)
     }
 
-    /// Reads the view at `index` of those that `options` choose, as [`Plate::open`] reads the first.
+    /// Reads the view at `index` of those that `options` choose, as [`PlateFile::open`] reads the first.
     ///
     /// # Errors
-    /// Those of [`Plate::open`], and fewer views.
+    /// Those of [`PlateFile::open`], and fewer views.
     pub fn open_view(path: &Path, options: &PlateOptions, index: usize) -> Result<Self> {
         match ImageFile::open(path, Limits::PLATE)? {
             ImageFile::Exr(image) => Self::from_exr(image, options, index),
@@ -233,12 +234,12 @@ impl Plate {
     }
 
     /// Returns the data window, which the planes cover.
-    pub fn data_window(&self) -> PixelWindow {
+    pub fn data_window(&self) -> Rectangle {
         self.windows.data
     }
 
     /// Returns the display window, which the frame of the lens covers.
-    pub fn display_window(&self) -> PixelWindow {
+    pub fn display_window(&self) -> Rectangle {
         self.windows.display
     }
 
@@ -250,7 +251,7 @@ impl Plate {
     /// Changes the data window of an EXR: all channels of the part are cropped. Colour, alpha and depth are extended by their
     /// edge pixels; other channels, such as identifiers, coverage and normals, are zero there unless
     /// [`PlateOptions::extend_channels`] is set. Plates of other formats stay the same.
-    pub fn set_data_window(&mut self, window: PixelWindow) {
+    pub fn set_data_window(&mut self, window: Rectangle) {
         if let Source::Exr {
             image, channels, ..
         } = &mut self.source
@@ -307,7 +308,7 @@ impl Plate {
         self.options.premultiplied.unwrap_or(by_file)
     }
 
-    /// Returns the colour planes, scene-linear, row-major, in the order of [`Plate::colour_names`].
+    /// Returns the colour planes, scene-linear, row-major, in the order of [`PlateFile::colour_names`].
     pub fn colour(&self) -> Vec<Vec<f32>> {
         match &self.source {
             Source::Exr {
@@ -343,7 +344,7 @@ impl Plate {
         }
     }
 
-    /// Returns the alpha plane of each colour, in the order of [`Plate::colour_names`]; empty unless requested by
+    /// Returns the alpha plane of each colour, in the order of [`PlateFile::colour_names`]; empty unless requested by
     /// [`PlateOptions::alpha_per_channel`].
     pub fn channel_alphas(&self) -> Vec<Vec<f32>> {
         match &self.source {
@@ -384,7 +385,7 @@ impl Plate {
         }
     }
 
-    /// Replaces the colour planes by scene-linear ones, in the order of [`Plate::colour_names`].
+    /// Replaces the colour planes by scene-linear ones, in the order of [`PlateFile::colour_names`].
     ///
     /// # Errors
     /// Planes that differ in number or size.
@@ -436,7 +437,7 @@ impl Plate {
         }
     }
 
-    /// Replaces the alpha planes of the colours, in the order of [`Plate::channel_alphas`].
+    /// Replaces the alpha planes of the colours, in the order of [`PlateFile::channel_alphas`].
     ///
     /// # Errors
     /// A plane of another size.

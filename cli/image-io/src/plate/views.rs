@@ -1,9 +1,9 @@
 //! The views of a plate, such as the eyes of a stereo pair.
 
-use super::{Plate, Source};
+use super::{PlateFile, Source};
 use crate::formats::exr::{ChannelId, ColourChannels};
 
-impl Plate {
+impl PlateFile {
     /// Returns the number of views of the plate, this one included.
     pub fn view_count(&self) -> usize {
         match &self.source {

@@ -12,7 +12,7 @@ use super::{image, part, patch, save};
 use crate::description::Description;
 use crate::formats::dpx::byte_order::ByteOrder;
 use crate::formats::exr::ExrImage;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 
 /// 01:02:03;04 with user bits 8 7 6 5 4 3 2 1.
 fn code() -> TimeCode {
@@ -57,8 +57,8 @@ fn write_exr(path: &Path, owner: &str) {
     patch(path, b"keyCodX\0keycodX\0", b"keyCode\0keycode\0");
 }
 
-fn open(path: &Path) -> Plate {
-    Plate::open(path, &PlateOptions::default()).expect("opens")
+fn open(path: &Path) -> PlateFile {
+    PlateFile::open(path, &PlateOptions::default()).expect("opens")
 }
 
 #[test]

@@ -13,14 +13,14 @@ use super::{image, part, patch, save};
 use crate::format::{AlphaSupport, Format};
 use crate::formats::dpx::byte_order::ByteOrder;
 use crate::formats::exr::ExrImage;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::raster::RasterImage;
 use crate::rgbe;
 use crate::samples::{Encoding, SampleFormat};
-use crate::windows::PixelWindow;
+use seidel_optics::Rectangle;
 
-fn open(path: &Path) -> Plate {
-    Plate::open(path, &PlateOptions::default()).expect("opens")
+fn open(path: &Path) -> PlateFile {
+    PlateFile::open(path, &PlateOptions::default()).expect("opens")
 }
 
 /// Writes the plate `from` as `to`. Returns the warnings.
@@ -212,7 +212,7 @@ fn everything_that_a_format_cannot_store_causes_a_warning() {
             "{warnings}"
         );
         let plate = open(&out);
-        let full = PixelWindow {
+        let full = Rectangle {
             x: 0,
             y: 0,
             width: 20,
@@ -278,7 +278,7 @@ fn everything_that_a_format_cannot_store_causes_a_warning() {
         premultiplied: Some(false),
         ..PlateOptions::default()
     };
-    let plate = Plate::open(&glow, &options).expect("opens");
+    let plate = PlateFile::open(&glow, &options).expect("opens");
     let warnings = plate
         .write(&folder.path().join("glow.png"))
         .expect("writes")
@@ -308,7 +308,7 @@ fn sixteen_bits_become_float_and_colour_managed_codes_are_kept() {
         colour_managed: true,
         ..PlateOptions::default()
     };
-    let plate = Plate::open(&exr, &options).expect("opens");
+    let plate = PlateFile::open(&exr, &options).expect("opens");
     let dpx = folder.path().join("a.dpx");
     let warnings = plate.write(&dpx).expect("writes").concat();
     assert!(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::formats::dpx::byte_order::ByteOrder;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::{Encoding, SampleFormat};
 
@@ -273,14 +273,14 @@ fn colour_statements_are_removed_when_the_colour_space_changes() {
     (made.bytes[801], made.bytes[802]) = (1, 6);
     made.bytes[820..840].copy_from_slice(b"sRGB (IEC 61966-2-1)");
     made.words16(&[1, 2, 3]).save(&path);
-    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    let mut plate = PlateFile::open(&path, &PlateOptions::default()).expect("opens");
     plate.set_colour_space("ACEScct");
     let warnings = plate.write(&out).expect("writes").concat();
     let names = "`ACEScct`: the transfer characteristic, the colorimetric specification, the description as sRGB";
     assert!(warnings.contains(names), "{warnings}");
     let file = fs::read(&out).expect("reads");
     assert_eq!((file[801], file[802], file[820]), (0, 0, 0));
-    let mut again = Plate::open(&out, &PlateOptions::default()).expect("opens");
+    let mut again = PlateFile::open(&out, &PlateOptions::default()).expect("opens");
     again.set_colour_space("ACEScg");
     assert_eq!(again.write(&out).expect("writes"), [""; 0]);
 }
@@ -337,7 +337,7 @@ fn the_assumed_encoding_is_reported() {
             encoding,
             ..PlateOptions::default()
         };
-        let plate = Plate::open(&path, &options).expect("opens");
+        let plate = PlateFile::open(&path, &options).expect("opens");
         assert_eq!(plate.pixel_aspect(), 2.0);
         (plate.read_warnings().concat(), plate.colour()[0][0])
     };

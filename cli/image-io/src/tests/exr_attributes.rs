@@ -7,7 +7,7 @@ use exr::prelude::{Compression, Vec2};
 
 use super::{floats, image, part, patch, save};
 use crate::formats::exr::ExrImage;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 
 /// Writes a picture with an attribute whose name ends in another letter, and corrects that letter.
 fn write(path: &Path, name: &str, value: AttributeValue) {
@@ -65,7 +65,7 @@ fn standard_attributes_of_another_type_come_out_as_they_went_in() {
         ("dwaCompressionLevel", AttributeValue::F32(45.0)),
     ] {
         write(&source, name, value);
-        let plate = Plate::open(&source, &PlateOptions::default()).expect("opens");
+        let plate = PlateFile::open(&source, &PlateOptions::default()).expect("opens");
         plate.check_output(&target).expect("known before the work");
         plate.write(&target).expect("writes");
         assert_eq!(stored(&source, name), stored(&target, name), "{name}");
@@ -105,7 +105,7 @@ fn what_cannot_be_written_again_is_known_before_the_work() {
     let name = b"pixelAspectRatio\0float\0\x04\0\0\0";
     let from = [&name[..], &1_f32.to_le_bytes()].concat();
     patch(&source, &from, &[&name[..], &0_f32.to_le_bytes()].concat());
-    let plate = Plate::open(&source, &PlateOptions::default()).expect("opens");
+    let plate = PlateFile::open(&source, &PlateOptions::default()).expect("opens");
     let error = plate
         .check_output(&target)
         .expect_err("no pixel aspect")

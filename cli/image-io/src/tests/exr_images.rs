@@ -9,9 +9,9 @@ use exr::prelude::{Compression, Vec2, read_all_data_from_file};
 use super::{floats, halves, image, part, patch, save};
 use crate::formats::exr::{DepthOwner, ExrImage};
 use crate::image_channel::{ChannelSpec, ImageChannel};
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::windows::ImageWindows;
-use crate::windows::PixelWindow;
+use seidel_optics::Rectangle;
 
 /// Returns all samples as bits, so that NaN payloads are compared too.
 fn bits(image: &AnyImage, part: usize, channel: &str) -> Vec<u32> {
@@ -150,7 +150,7 @@ fn everything_that_is_not_replaced_is_written_bit_for_bit() {
         "{:?}",
         plate.warnings()
     );
-    let mut plate = Plate::open(&source, &PlateOptions::default()).expect("opens");
+    let mut plate = PlateFile::open(&source, &PlateOptions::default()).expect("opens");
     plate
         .set_colour(&[samples, vec![0.1; 24], vec![0.1; 24]])
         .expect("24 samples");
@@ -342,8 +342,8 @@ fn film_key_codes_are_kept() {
 }
 
 /// Returns a display window of half the size.
-fn display_of_half(display: PixelWindow) -> PixelWindow {
-    PixelWindow {
+fn display_of_half(display: Rectangle) -> Rectangle {
+    Rectangle {
         width: display.width / 2,
         height: display.height / 2,
         ..display
@@ -357,25 +357,25 @@ fn depth_passes_are_fitted_to_the_plate() {
     save(&multi_part(), &path);
     let pass = ImageChannel::read_depth(&path, None, DepthOwner::Unknown).expect("Z");
     assert_eq!((pass.channel.as_str(), pass.samples[7]), ("depth:Z", 7.0));
-    let inner = PixelWindow {
+    let inner = Rectangle {
         x: -2,
         y: -1,
         width: 2,
         height: 2,
     };
-    let fit = |data: PixelWindow, display: PixelWindow| pass.fit_to(ImageWindows { data, display });
+    let fit = |data: Rectangle, display: Rectangle| pass.fit_to(ImageWindows { data, display });
     let display = pass.windows.display;
     let cropped = fit(inner, display).expect("inside");
     assert_eq!(cropped.samples, [7.0, 8.0, 13.0, 14.0]);
     assert_eq!(cropped.warning, None);
-    let moved = PixelWindow {
+    let moved = Rectangle {
         x: 0,
         y: 0,
         width: 6,
         height: 4,
     };
     assert_eq!(fit(moved, moved).expect("same size").samples.len(), 24);
-    let wider = PixelWindow { width: 7, ..moved };
+    let wider = Rectangle { width: 7, ..moved };
     let error = fit(wider, wider).expect_err("not covered");
     assert!(error.to_string().contains("7x4"), "{error}");
     // It would cover a plate of a smaller frame, but shows another part of the scene or another scale of it.
@@ -431,7 +431,7 @@ fn unsupported_formats_and_missing_files_are_refused() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
     save(&multi_part(), &path);
-    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    let mut plate = PlateFile::open(&path, &PlateOptions::default()).expect("opens");
     assert!(plate.has_alpha());
     let planes = plate.colour();
     plate.set_colour(&planes).expect("same planes");
@@ -439,11 +439,11 @@ fn unsupported_formats_and_missing_files_are_refused() {
         .write(Path::new("out.jpg"))
         .expect_err("never written");
     assert!(error.to_string().contains(".exr"), "{error}");
-    let missing = Plate::open(&folder.path().join("no.exr"), &PlateOptions::default());
+    let missing = PlateFile::open(&folder.path().join("no.exr"), &PlateOptions::default());
     assert!(missing.expect_err("no file").to_string().contains("no.exr"));
     let text = folder.path().join("a.jpg");
     std::fs::write(&text, "no picture").expect("writes");
-    let error = Plate::open(&text, &PlateOptions::default()).expect_err("no picture");
+    let error = PlateFile::open(&text, &PlateOptions::default()).expect_err("no picture");
     assert!(error.to_string().contains("OpenEXR (.exr), PNG"), "{error}");
 }
 

@@ -16,7 +16,7 @@ use crate::formats::dpx::byte_order::ByteOrder;
 use crate::formats::exr::{DepthOwner, ExrImage};
 use crate::image_channel::ImageChannel;
 use crate::observation_set::{ReadOptions, read};
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::raster::RasterImage;
 use crate::tile_image;
 
@@ -83,7 +83,7 @@ static VALID: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     made.bytes.extend([0x5a; 5 * 36]);
     made.save(&path("12.dpx"));
     names.extend(["d.hdr", "e.jpg", "f.png", "g.tif", "12.dpx"].map(str::to_owned));
-    let plate = Plate::open(&path("a.png"), &PlateOptions::default()).expect("opens");
+    let plate = PlateFile::open(&path("a.png"), &PlateOptions::default()).expect("opens");
     for format in Format::writable() {
         let name = format!("converted.{}", format.extension());
         plate.write(&path(&name)).expect("writes");
@@ -100,7 +100,7 @@ const DPX_FIELDS: [usize; 13] = [0, 4, 16, 768, 772, 776, 780, 800, 804, 808, 81
 
 /// Reads a file in every way. Only a panic or an abort fails the test.
 fn read_in_every_way(path: &Path) {
-    let _ = Plate::open(path, &PlateOptions::default());
+    let _ = PlateFile::open(path, &PlateOptions::default());
     let _ = ImageChannel::read_depth(path, None, DepthOwner::Unknown);
     let _ = Description::read(path);
     if let Ok(plate) = RasterImage::open(path) {
@@ -134,7 +134,7 @@ fn absurd_sizes_in_dwa_chunks_are_refused_before_memory_is_allocated() {
             &path,
         );
         let sound = fs::read(&path).expect("reads");
-        Plate::open(&path, &PlateOptions::default()).expect("a sound file");
+        PlateFile::open(&path, &PlateOptions::default()).expect("a sound file");
         let leader = dwa_leader(&sound);
         // All counters but the version and the kind of entropy coding.
         for counter in 1..10 {
@@ -143,7 +143,7 @@ fn absurd_sizes_in_dwa_chunks_are_refused_before_memory_is_allocated() {
                 let mut bytes = sound.clone();
                 bytes[at..at + 8].copy_from_slice(&u64::to_le_bytes(claim));
                 fs::write(&path, bytes).expect("writes");
-                let error = Plate::open(&path, &PlateOptions::default()).expect_err("absurd");
+                let error = PlateFile::open(&path, &PlateOptions::default()).expect_err("absurd");
                 let text = error.to_string();
                 assert!(text.contains("a.exr: is damaged"), "{text}");
                 assert!(text.contains(" of a DWA chunk is "), "{counter}: {text}");
@@ -178,7 +178,7 @@ fn absurd_sizes_are_refused_before_memory_is_allocated() {
         fs::write(&path, &original).expect("writes");
         let claim = [&b"dataWindow\0box2i\0\x10\0\0\0"[..], &window(x, y)].concat();
         patch(&path, &sound, &claim);
-        let error = Plate::open(&path, &PlateOptions::default()).expect_err("absurd");
+        let error = PlateFile::open(&path, &PlateOptions::default()).expect_err("absurd");
         assert!(error.to_string().contains("a.exr"), "{error}");
         assert!(tile_image::read(&path, &["Y".to_owned()]).is_err());
     }
@@ -206,7 +206,7 @@ fn truncated_files_are_refused_at_every_length() {
     for valid in VALID.iter() {
         fs::write(&path, valid).expect("writes");
         assert!(
-            Plate::open(&path, &PlateOptions::default()).is_ok()
+            PlateFile::open(&path, &PlateOptions::default()).is_ok()
                 || ImageChannel::read_depth(&path, Some("Z"), DepthOwner::Unknown).is_ok()
         );
         for length in (0..valid.len()).step_by(7) {
@@ -264,12 +264,12 @@ proptest! {
         let path = folder.path().join("a.dpx");
         fs::write(&path, &bytes).expect("writes");
         read_in_every_way(&path);
-        match Plate::open(&path, &PlateOptions::default()) {
+        match PlateFile::open(&path, &PlateOptions::default()) {
             // An image that is read can be written and read again.
             Ok(plate) => {
                 let out = folder.path().join("b.dpx");
                 plate.write(&out).expect("writes");
-                let back = Plate::open(&out, &PlateOptions::default()).expect("reads");
+                let back = PlateFile::open(&out, &PlateOptions::default()).expect("reads");
                 prop_assert!(back.colour() == plate.colour());
             }
             Err(error) => {

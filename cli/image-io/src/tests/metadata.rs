@@ -8,7 +8,7 @@ use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 
 use crate::description::Description;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::SampleFormat;
 
@@ -146,7 +146,7 @@ fn invalid_png_chunks_are_left_out_with_a_warning() {
     let kept = ["gAMA", "cHRM", "sRGB", "cICP", "bKGD", "pHYs", "prVt"];
     assert_eq!(names(&out), kept);
     // In another colour space.
-    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    let mut plate = PlateFile::open(&path, &PlateOptions::default()).expect("opens");
     plate.set_colour_space("ACEScct");
     let warnings = plate.write(&out).expect("writes").concat();
     assert!(
@@ -158,7 +158,7 @@ fn invalid_png_chunks_are_left_out_with_a_warning() {
         ["sBIT", "bKGD", "pHYs", "tIME", "prVt", "prVT"]
     );
     // In another format.
-    let plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    let plate = PlateFile::open(&path, &PlateOptions::default()).expect("opens");
     let tiff = folder.path().join("a.tif");
     let warnings = plate.write(&tiff).expect("writes").concat();
     assert!(
@@ -280,7 +280,7 @@ fn tiff_tags_pass_through() {
     assert_eq!(plate.write(&again).expect("writes"), [""; 0]);
     assert!(fs::read(&again).expect("reads") == fs::read(&out).expect("reads"));
     // In another colour space the white point is removed.
-    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    let mut plate = PlateFile::open(&path, &PlateOptions::default()).expect("opens");
     plate.set_colour_space("ACEScct");
     let warnings = plate.write(&out).expect("writes").concat();
     assert!(warnings.contains("`ACEScct`: WhitePoint"), "{warnings}");

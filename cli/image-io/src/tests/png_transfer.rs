@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::metadata::{chunk, write_png};
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::samples::Encoding;
 
-fn open(path: &Path, before: &[Vec<u8>]) -> Plate {
+fn open(path: &Path, before: &[Vec<u8>]) -> PlateFile {
     write_png(path, png::BitDepth::Sixteen, before, &[]);
-    Plate::open(path, &PlateOptions::default()).expect("opens")
+    PlateFile::open(path, &PlateOptions::default()).expect("opens")
 }
 
 fn gamma(value: u32) -> Vec<u8> {
@@ -117,7 +117,7 @@ fn the_stated_transfer_function_is_used_and_named() {
             encoding: Some(Encoding::Srgb),
             ..PlateOptions::default()
         };
-        let other = Plate::open(&path, &options).expect("opens");
+        let other = PlateFile::open(&path, &options).expect("opens");
         assert_eq!(other.encoding(), Some(Encoding::Srgb));
         if !note.is_empty() && note != "ICC profile" && note != "cICP" {
             assert!(other.read_warnings().concat().contains(note), "{before:?}");

@@ -4,7 +4,7 @@ use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
 
 use crate::formats::exr::DepthOwner;
 use crate::image_channel::ImageChannel;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::{Encoding, SampleFormat};
 
@@ -49,7 +49,7 @@ fn integers_round_trip() {
             assert!(warnings.is_empty(), "{warnings:?}");
             assert_eq!(image::open(&target).expect("reads"), picture, "{extension}");
             // Through the sRGB transfer function and back.
-            let mut plate = Plate::open(&source, &PlateOptions::default()).expect("opens");
+            let mut plate = PlateFile::open(&source, &PlateOptions::default()).expect("opens");
             plate.set_colour(&plate.colour()).expect("same planes");
             plate.write(&target).expect("writes");
             assert_eq!(image::open(&target).expect("reads"), picture, "{extension}");

@@ -6,7 +6,7 @@ use exr::prelude::Compression;
 
 use super::{floats, image, part, save};
 use crate::formats::exr::ExrImage;
-use crate::plate::{Plate, PlateOptions};
+use crate::plate::{PlateFile, PlateOptions};
 
 /// Returns a little-endian TIFF of `tags`, with `data` at `count` equal offsets that `offset_tag` states.
 fn tiff(tags: &[(u16, Vec<u32>)], offset_tag: u16, count: usize, data: &[u8]) -> Vec<u8> {
@@ -56,7 +56,7 @@ fn grey(compression: u32, bits: u32) -> Vec<(u16, Vec<u32>)> {
 
 fn refused(path: &Path, bytes: &[u8]) -> String {
     std::fs::write(path, bytes).expect("writes");
-    let error = Plate::open(path, &PlateOptions::default())
+    let error = PlateFile::open(path, &PlateOptions::default())
         .expect_err("not supported")
         .to_string();
     assert!(
@@ -97,7 +97,7 @@ fn the_orientation_of_a_tiff_is_noted() {
         let mut tags = grey(1, 8);
         tags.push((274, vec![orientation]));
         std::fs::write(&path, tiff(&tags, 273, 1, &[9; 256])).expect("writes");
-        let plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+        let plate = PlateFile::open(&path, &PlateOptions::default()).expect("opens");
         assert_eq!(
             plate.read_warnings().len(),
             count,

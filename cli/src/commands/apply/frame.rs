@@ -8,7 +8,7 @@ use crate::commands::plates::{
     FinishedFrame, FrameFiles, LoadedPlate, PlateReader, Run, SettingsRecord, ViewWork, setting,
 };
 use crate::commands::{CommandError, value_name};
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 use seidel_image_io::residual::Residual;
 
 /// The work on the frames of a run.
@@ -108,7 +108,7 @@ impl ViewWork for Job<'_> {
         &self.run.frames()[index]
     }
 
-    fn plate<'a>(&self, frame: &'a LoadedFrame) -> &'a Plate {
+    fn plate<'a>(&self, frame: &'a LoadedFrame) -> &'a PlateFile {
         &frame.loaded.plate
     }
 

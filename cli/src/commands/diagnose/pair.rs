@@ -14,7 +14,7 @@ use super::super::picture::check_finite;
 use super::super::{CommandError, EncodingChoice, parse_point};
 use crate::Console;
 use seidel_image_io::error::FileError;
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 use seidel_image_io::samples::Encoding;
 
 /// Options of a picture pair.
@@ -155,14 +155,14 @@ impl PairArgs {
     }
 
     /// Opens a picture; `--encoding` applies to integer samples only.
-    fn open(&self, path: &Path) -> Result<Plate, FileError> {
+    fn open(&self, path: &Path) -> Result<PlateFile, FileError> {
         let open = |encoding| {
             let options = PlateOptions {
                 layer: None,
                 encoding,
                 ..PlateOptions::default()
             };
-            Plate::open(path, &options)
+            PlateFile::open(path, &options)
         };
         let plate = open(None)?;
         match self.encoding {
@@ -173,7 +173,7 @@ impl PairArgs {
 }
 
 /// Returns the rounding of the samples of `plate`, if they are integers.
-fn quantisation(plate: &Plate) -> Option<Quantisation> {
+fn quantisation(plate: &PlateFile) -> Option<Quantisation> {
     let full_scale = plate.integer_full_scale()?;
     Some(Quantisation {
         step: 1.0 / f64::from(full_scale),

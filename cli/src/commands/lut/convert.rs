@@ -14,7 +14,7 @@ use crate::commands::plates::{
     space_of, unrepresentable,
 };
 use seidel_image_io::error::FileError;
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 use seidel_image_io::samples::Encoding;
 
 /// The work on the frames of a run.
@@ -27,7 +27,7 @@ struct Job<'a> {
 
 /// A picture in memory, with its conversion.
 struct LoadedPicture {
-    plate: Plate,
+    plate: PlateFile,
     processor: Arc<Processor>,
     warnings: Vec<String>,
 }
@@ -75,7 +75,7 @@ impl ViewWork for Job<'_> {
         &self.run.frames()[index]
     }
 
-    fn plate<'a>(&self, picture: &'a LoadedPicture) -> &'a Plate {
+    fn plate<'a>(&self, picture: &'a LoadedPicture) -> &'a PlateFile {
         &picture.plate
     }
 
@@ -87,7 +87,7 @@ impl ViewWork for Job<'_> {
             colour_managed: true,
             ..PlateOptions::default()
         };
-        let plate = Plate::open_view(&self.files(index).input, &options, view)?;
+        let plate = PlateFile::open_view(&self.files(index).input, &options, view)?;
         let (from, source) = match args.in_space.as_deref().unwrap_or(AUTO) {
             AUTO => space_of(self.config, &plate)?,
             name => (self.config.space(name)?, "--in-space".to_owned()),

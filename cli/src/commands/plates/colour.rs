@@ -9,7 +9,7 @@ use seidel_colour::{Alphas, ColourError, Config, ConversionReport, Processor, So
 use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 use seidel_image_io::samples::SampleFormat;
 
 /// The value of `--in-space` that selects the space by the file's metadata or name.
@@ -164,7 +164,7 @@ impl ColourPipeline<'_> {
     /// Returns the conversion of `plate`. Adds its spaces to `warnings`, unless they are those of the plate before.
     pub(super) fn of_plate(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         warnings: &mut Vec<String>,
     ) -> Result<PlateColour, CommandError> {
         let (space, source) = match &self.input_space {
@@ -202,7 +202,7 @@ impl ColourPipeline<'_> {
     /// have hardly a code.
     fn default_output_space(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         space: &Space,
     ) -> Result<(Space, &str), CommandError> {
         let target = Format::from_path(self.output).unwrap_or(plate.format());
@@ -240,7 +240,10 @@ impl ColourPipeline<'_> {
 ///
 /// # Errors
 /// A file whose space neither its metadata nor a rule states.
-pub(crate) fn space_of(config: &Config, plate: &Plate) -> Result<(Space, String), CommandError> {
+pub(crate) fn space_of(
+    config: &Config,
+    plate: &PlateFile,
+) -> Result<(Space, String), CommandError> {
     let attributes = plate.colour_space_attributes();
     let known = attributes
         .iter()
@@ -284,7 +287,7 @@ impl PlateColour {
     /// Converts colours of `plate` to the working space. Returns the number of samples without a finite value there.
     pub(super) fn decode(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         colours: &mut [Vec<f32>],
         alphas: Alphas,
     ) -> Result<ConversionReport, CommandError> {
@@ -297,7 +300,7 @@ impl PlateColour {
     /// Samples without a finite value in that space.
     pub(super) fn encode(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         colours: &mut [Vec<f32>],
         alphas: Alphas,
     ) -> Result<(), CommandError> {
@@ -316,7 +319,7 @@ impl PlateColour {
 /// Describes the samples of `plate` without a finite `value`, such as `value in ACEScg`; `None` if there are none.
 pub(crate) fn unrepresentable(
     report: &ConversionReport,
-    plate: &Plate,
+    plate: &PlateFile,
     value: &str,
 ) -> Option<String> {
     let first = report.first_unrepresentable?;
@@ -334,7 +337,7 @@ pub(crate) fn unrepresentable(
 /// Converts colours in place.
 fn convert(
     processor: &Processor,
-    plate: &Plate,
+    plate: &PlateFile,
     colours: &mut [Vec<f32>],
     alphas: Alphas,
 ) -> Result<ConversionReport, CommandError> {

@@ -2,7 +2,7 @@
 
 use seidel_core::{LensSession, PlateGeometry, PreparedDepth, Result, Severity};
 
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 
 /// Returns signs that the depth pass of `plate` does not follow its convention; none if `depth` is constant.
 ///
@@ -10,7 +10,7 @@ use seidel_image_io::plate::Plate;
 /// Those of [`LensSession::depth_findings`].
 pub(super) fn check_depth(
     depth: &PreparedDepth,
-    plate: &Plate,
+    plate: &PlateFile,
     geometry: &PlateGeometry,
     session: &LensSession,
 ) -> Result<Vec<String>> {

@@ -6,13 +6,13 @@ use super::SettingsRecord;
 use super::queue::FrameResult;
 use seidel_image_io::error::Result;
 use seidel_image_io::formats::exr::{NewChannel, write_channels};
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 use seidel_image_io::residual::Residual;
 use seidel_image_io::windows::ImageWindows;
 
 /// A processed frame with everything to write for it.
 pub(crate) struct FinishedFrame {
-    pub(crate) plate: Plate,
+    pub(crate) plate: PlateFile,
     /// Settings for the provenance.
     pub(crate) record: SettingsRecord,
     /// Files written before the plate.

@@ -4,16 +4,15 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use seidel_colour::{Alphas, ConversionReport};
-use seidel_core::{AlphaKind, Image, LensScale, PlateGeometry, Rectangle};
+use seidel_core::{AlphaKind, Image, LensScale, PlateGeometry};
 use seidel_render::MAX_PIXEL_ASPECT;
 
 use super::colour::{ColourArgs, PlateColour, unrepresentable};
 use crate::commands::{CommandError, EncodingChoice};
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::exr::{self, ExrCompression, ViewChoice};
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 use seidel_image_io::samples::Encoding;
-use seidel_image_io::windows::PixelWindow;
 
 /// Options about the plate.
 #[derive(Debug, Args)]
@@ -125,7 +124,7 @@ impl PlateArgs {
     ///
     /// # Errors
     /// A ratio outside the range of the renderers.
-    pub(super) fn pixel_aspect(&self, plate: &Plate) -> Result<f64, CommandError> {
+    pub(super) fn pixel_aspect(&self, plate: &PlateFile) -> Result<f64, CommandError> {
         let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
         if (1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&aspect) {
             return Ok(aspect);
@@ -151,12 +150,12 @@ impl PlateArgs {
     /// Those of [`Self::pixel_aspect`].
     pub(super) fn geometry(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         lens_scale: LensScale,
     ) -> Result<PlateGeometry, CommandError> {
         Ok(PlateGeometry {
-            display: rectangle(plate.display_window()),
-            data: rectangle(plate.data_window()),
+            display: plate.display_window(),
+            data: plate.data_window(),
             pixel_aspect: self.pixel_aspect(plate)?,
             lens_scale,
         })
@@ -168,7 +167,7 @@ impl PlateArgs {
     /// Samples that are not finite before or after the conversion, unless `--scrub` replaces them.
     pub(super) fn image(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         colour: Option<&PlateColour>,
         warnings: &mut Vec<String>,
     ) -> Result<Image, CommandError> {
@@ -217,7 +216,7 @@ impl PlateArgs {
     /// Rejects samples without a finite scene-linear value unless `--scrub` replaces them.
     fn check_unrepresentable(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         report: &ConversionReport,
         warnings: &mut Vec<String>,
     ) -> Result<(), CommandError> {
@@ -230,26 +229,6 @@ impl PlateArgs {
         }
         let remedy = "check --in-space, or give --scrub to replace such samples by zero";
         Err(FileError::new(plate.path(), "colour", problem, remedy).into())
-    }
-}
-
-/// Returns a window of a file as a rectangle of the core.
-pub(super) fn rectangle(window: PixelWindow) -> Rectangle {
-    Rectangle {
-        x: window.x,
-        y: window.y,
-        width: window.width,
-        height: window.height,
-    }
-}
-
-/// Returns a rectangle of the core as a window of a file.
-pub(super) fn pixel_window(rectangle: Rectangle) -> PixelWindow {
-    PixelWindow {
-        x: rectangle.x,
-        y: rectangle.y,
-        width: rectangle.width,
-        height: rectangle.height,
     }
 }
 
@@ -269,7 +248,7 @@ fn alphas<'a>(
 
 /// Puts `image` into `plate`, in the colour space of the output.
 pub(super) fn put_image(
-    plate: &mut Plate,
+    plate: &mut PlateFile,
     mut image: Image,
     colour: Option<&PlateColour>,
 ) -> Result<(), CommandError> {

@@ -14,17 +14,18 @@ use super::colour::{ColourPipeline, PlateColour};
 use super::depth::FrameOrder;
 use super::frame_lens::FrameLens;
 use super::look::{LookArgs, look_record};
-use super::plate::{pixel_window, put_image, rectangle};
+use super::plate::put_image;
 use super::shot_lens::{LENS_METADATA, SINGLE, ShotLens};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
 use crate::commands::CommandError;
+use seidel_core::Rectangle;
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::exr::ViewChoice;
 use seidel_image_io::lens_profile;
-use seidel_image_io::plate::Plate;
-use seidel_image_io::windows::{ImageWindows, PixelWindow};
+use seidel_image_io::plate::PlateFile;
+use seidel_image_io::windows::ImageWindows;
 
 /// A reader of the plates of a run, which prepares them for the lens of their frame.
 pub(crate) struct PlateReader<'a> {
@@ -60,10 +61,10 @@ pub(crate) enum LookUse<'a> {
 /// A plate in memory, prepared for its lens.
 pub(crate) struct LoadedPlate {
     pub(crate) lens: FrameLens,
-    pub(crate) plate: Plate,
+    pub(crate) plate: PlateFile,
     pub(crate) prepared: PreparedPlate,
     /// The data window of the file, if the plate was expanded.
-    pub(crate) own_window: Option<PixelWindow>,
+    pub(crate) own_window: Option<Rectangle>,
     colour: Option<PlateColour>,
     pub(crate) warnings: Vec<String>,
 }
@@ -217,7 +218,7 @@ impl<'a> PlateReader<'a> {
         index: usize,
         view: usize,
     ) -> Result<LoadedPlate, CommandError> {
-        let plate = Plate::open_view(&frame.input, &self.args.plate.options(), view)?;
+        let plate = PlateFile::open_view(&frame.input, &self.args.plate.options(), view)?;
         let mut warnings = Vec::new();
         if index == 0 {
             warnings.extend(plate.channels_notes());
@@ -236,7 +237,7 @@ impl<'a> PlateReader<'a> {
     /// Loads `plate`, a result made from `source` in the colour space of the output.
     pub(crate) fn load_result(
         &self,
-        plate: Plate,
+        plate: PlateFile,
         source: &LoadedPlate,
         frame: &FrameFiles,
     ) -> Result<LoadedPlate, CommandError> {
@@ -246,7 +247,7 @@ impl<'a> PlateReader<'a> {
 
     fn load(
         &self,
-        plate: Plate,
+        plate: PlateFile,
         colour: Option<PlateColour>,
         frame: &FrameFiles,
         order: FrameOrder,
@@ -294,22 +295,22 @@ impl<'a> PlateReader<'a> {
         &self,
         loaded: &mut LoadedPlate,
         file: &Path,
-    ) -> Result<(Plate, Image), CommandError> {
+    ) -> Result<(PlateFile, Image), CommandError> {
         let mut options = self.args.plate.options();
         if let Some(view) = loaded.plate.view() {
             options.view = ViewChoice::Named(view.to_owned());
         }
         // A background without views is that of every view.
-        let mut image = Plate::open(file, &options).or_else(|error| {
+        let mut image = PlateFile::open(file, &options).or_else(|error| {
             options.view = ViewChoice::All;
-            let other = Plate::open(file, &options);
+            let other = PlateFile::open(file, &options);
             other
                 .ok()
                 .filter(|plate| plate.view().is_none())
                 .ok_or(error)
         })?;
         let (own, plate) = (image.windows(), loaded.plate.windows());
-        if own.display != plate.display || !own.data.contains(plate.data) {
+        if own.display != plate.display || !own.data.encloses(plate.data) {
             let describe = |windows: ImageWindows| {
                 format!("{} in a frame of {}", windows.data, windows.display)
             };
@@ -336,7 +337,7 @@ impl<'a> PlateReader<'a> {
     }
 
     /// Returns the place of `plate` in the frame of the lens.
-    fn geometry(&self, plate: &Plate, lens: &FrameLens) -> Result<PlateGeometry, CommandError> {
+    fn geometry(&self, plate: &PlateFile, lens: &FrameLens) -> Result<PlateGeometry, CommandError> {
         let lens_scale = lens.session.settings().lens_scale;
         self.args.plate.geometry(plate, lens_scale)
     }
@@ -345,7 +346,7 @@ impl<'a> PlateReader<'a> {
     pub(crate) fn record(
         &self,
         lens: &FrameLens,
-        plate: &Plate,
+        plate: &PlateFile,
     ) -> Result<SettingsRecord, CommandError> {
         let mut record = lens.record.clone();
         record.extend(self.args.depth.record(self.depth_meaning));
@@ -416,17 +417,17 @@ impl LoadedPlate {
         let expanded = self.prepared.expanded(margins);
         self.prepared = expanded.map_err(|e| self.in_file(e))?;
         self.own_window = Some(self.plate.data_window());
-        let window = pixel_window(self.prepared.geometry().data);
+        let window = self.prepared.geometry().data;
         self.plate.set_data_window(window);
         Ok(())
     }
 
     /// Returns the data window of the result of an expanded plate, whose blurred planes are `planes`: its own pixels and
     /// all light about them.
-    pub(crate) fn trimmed_window(&self, planes: &[Vec<f32>]) -> Option<PixelWindow> {
+    pub(crate) fn trimmed_window(&self, planes: &[Vec<f32>]) -> Option<Rectangle> {
         let own = self.own_window?;
-        let trimmed = self.prepared.trimmed(planes, rectangle(own));
-        Some(pixel_window(trimmed))
+        let trimmed = self.prepared.trimmed(planes, own);
+        Some(trimmed)
     }
 
     /// Replaces the lens by another setting of it, such as one of a smaller amount.
@@ -437,7 +438,7 @@ impl LoadedPlate {
 
     /// Puts the plate's own samples into `target`, a copy of it, where samples were replaced or the colour space
     /// changes. Otherwise `target` keeps its bits.
-    pub(crate) fn put_unchanged(&self, target: &mut Plate) -> Result<(), CommandError> {
+    pub(crate) fn put_unchanged(&self, target: &mut PlateFile) -> Result<(), CommandError> {
         let colour = self.colour.as_ref();
         let keeps_space = colour.is_none_or(|colour| colour.new_space().is_none());
         if keeps_space && target.non_finite().is_empty() {
@@ -450,7 +451,7 @@ impl LoadedPlate {
     /// the output.
     pub(crate) fn put_planes(
         &self,
-        target: &mut Plate,
+        target: &mut PlateFile,
         planes: Vec<Vec<f32>>,
     ) -> Result<(), CommandError> {
         let (width, height) = (target.width(), target.height());

@@ -13,13 +13,13 @@ use super::{LoadedPlate, PlateReader, SideInputs};
 use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 
 impl PlateReader<'_> {
     /// Reads the depth of `plate` for the lens of `session`: from `file`, or else from the plate. Adds to `warnings`.
     pub(super) fn read_depth(
         &self,
-        plate: &Plate,
+        plate: &PlateFile,
         geometry: &PlateGeometry,
         file: Option<&ChannelSpec>,
         session: &LensSession,
@@ -128,7 +128,7 @@ impl PlateReader<'_> {
     fn fit_pass(
         &self,
         pass: &ImageChannel,
-        plate: &Plate,
+        plate: &PlateFile,
         warnings: &mut Vec<String>,
     ) -> Result<DepthPass, FileError> {
         let fitted = pass.fit_to(plate.windows())?;
@@ -142,7 +142,7 @@ impl PlateReader<'_> {
 
 /// Reads a depth pass from `file`, or else from `plate`; `remedy` is for a plate without one.
 fn read_pass(
-    plate: &Plate,
+    plate: &PlateFile,
     file: Option<&ChannelSpec>,
     remedy: &str,
 ) -> Result<ImageChannel, FileError> {

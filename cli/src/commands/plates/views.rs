@@ -2,7 +2,7 @@
 
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::output_format;
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 
 use super::finished_frame::FinishedFrame;
 use super::frames::FrameFiles;
@@ -21,7 +21,7 @@ pub(crate) trait ViewWork: Sync {
     fn read(&self, index: usize, view: usize) -> Result<Self::Loaded, CommandError>;
 
     /// Returns the plate of a view that was read.
-    fn plate<'a>(&self, loaded: &'a Self::Loaded) -> &'a Plate;
+    fn plate<'a>(&self, loaded: &'a Self::Loaded) -> &'a PlateFile;
 
     /// Returns an upper bound of the memory that the view takes, bytes.
     fn memory_bytes(&self, loaded: &Self::Loaded) -> u64;
@@ -44,7 +44,7 @@ pub(super) struct AllViews<'a, W>(pub(super) &'a W);
 
 impl<W: ViewWork> AllViews<'_, W> {
     /// Returns the number of views to render of a frame whose first view is `plate`.
-    fn count(&self, index: usize, plate: &Plate) -> Result<usize, CommandError> {
+    fn count(&self, index: usize, plate: &PlateFile) -> Result<usize, CommandError> {
         let count = plate.view_count();
         let files = self.0.files(index);
         if count == 1 || !output_format(&files.output)?.has_layers() {
@@ -65,7 +65,7 @@ impl<W: ViewWork> AllViews<'_, W> {
     }
 
     /// Returns `warnings` about a view of `plate`, with its name where the plate has several.
-    fn named(plate: &Plate, warnings: Vec<String>) -> Vec<String> {
+    fn named(plate: &PlateFile, warnings: Vec<String>) -> Vec<String> {
         if plate.view_count() == 1 {
             return warnings;
         }

@@ -7,7 +7,7 @@ use seidel_core::{LensSession, NoiseGain, RemovedPlate};
 use crate::commands::CommandError;
 use crate::commands::plates::{FinishedFrame, FrameFiles, LoadedPlate, PlateReader, ViewWork};
 use crate::commands::removal::Removal;
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 
 /// The work on the frames of a run.
 pub(super) struct Job<'a> {
@@ -40,7 +40,7 @@ impl ViewWork for Job<'_> {
         self.removal.frame(index)
     }
 
-    fn plate<'a>(&self, loaded: &'a LoadedPlate) -> &'a Plate {
+    fn plate<'a>(&self, loaded: &'a LoadedPlate) -> &'a PlateFile {
         &loaded.plate
     }
 

@@ -14,7 +14,7 @@ use crate::commands::removal::Removal;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
 use seidel_image_io::formats::output_format;
-use seidel_image_io::plate::Plate;
+use seidel_image_io::plate::PlateFile;
 use seidel_image_io::residual::Residual;
 use seidel_image_io::windows::{crop_or_extend, crop_or_pad};
 
@@ -33,7 +33,7 @@ impl Job<'_> {
         &self,
         index: usize,
         loaded: &LoadedPlate,
-        sharp: &Plate,
+        sharp: &PlateFile,
         removed: Option<&RemovedPlate>,
         path: &Path,
     ) -> Result<Residual, CommandError> {
@@ -79,7 +79,7 @@ impl Job<'_> {
         &self,
         index: usize,
         loaded: &LoadedPlate,
-        plate: &mut Plate,
+        plate: &mut PlateFile,
     ) -> Result<(), CommandError> {
         let progress = |share| self.removal.show_match_progress(index, share);
         let planes = (loaded.prepared)
@@ -94,7 +94,7 @@ impl Job<'_> {
         index: usize,
         loaded: &LoadedPlate,
         removed: &RemovedPlate,
-        plate: &mut Plate,
+        plate: &mut PlateFile,
     ) -> Result<(), CommandError> {
         let in_file = |e| loaded.in_file(e);
         let canvas = removed.canvas().map_err(in_file)?;
@@ -136,7 +136,7 @@ impl ViewWork for Job<'_> {
         self.removal.frame(index)
     }
 
-    fn plate<'a>(&self, loaded: &'a LoadedPlate) -> &'a Plate {
+    fn plate<'a>(&self, loaded: &'a LoadedPlate) -> &'a PlateFile {
         &loaded.plate
     }
 

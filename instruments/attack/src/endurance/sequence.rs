@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use seidel_core::Rectangle;
 use seidel_image_io::formats::exr::{NewChannel, write_channels};
-use seidel_image_io::windows::{ImageWindows, PixelWindow};
+use seidel_image_io::windows::ImageWindows;
 
 use super::Watch;
 use crate::options::Options;
@@ -67,7 +68,7 @@ fn write_inputs(folder: &Path, frames: usize) -> Result<(), String> {
     let lens = seidel::demo::lens::lens(width as u32, height as u32).map_err(|e| e.to_string())?;
     fs::write(folder.join("lens.json"), lens.to_json()).map_err(|e| e.to_string())?;
     let windows = ImageWindows {
-        data: PixelWindow {
+        data: Rectangle {
             x: 3000,
             y: 1400,
             width: DATA,

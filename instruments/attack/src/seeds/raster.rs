@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb, Rgba};
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 use tiff::encoder::{Compression, Predictor, TiffEncoder, colortype};
 
 use super::{HEIGHT, WIDTH, exr::write_plate, plane, read, sample};
@@ -39,7 +39,7 @@ fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
 fn converted(folder: &Path, name: &str) -> Vec<u8> {
     let (plate, out) = (folder.join("seed.exr"), folder.join(name));
     write_plate(&plate);
-    let opened = Plate::open(&plate, &PlateOptions::default());
+    let opened = PlateFile::open(&plate, &PlateOptions::default());
     let written = opened.and_then(|plate| plate.write(&out));
     written.unwrap_or_else(|e| panic!("{e}"));
     read(&out)

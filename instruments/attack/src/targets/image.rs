@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use seidel_image_io::description::Description;
 use seidel_image_io::formats::exr::DepthOwner;
 use seidel_image_io::image_channel::ImageChannel;
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 use seidel_image_io::raster::RasterImage;
 use seidel_image_io::samples::Encoding;
 
@@ -94,7 +94,7 @@ pub(crate) fn read_picture(case: &mut Case, path: &Path) {
         encoding: (!is_exr).then_some(Encoding::Srgb),
         ..PlateOptions::default()
     };
-    match Plate::open(path, &options) {
+    match PlateFile::open(path, &options) {
         Ok(plate) => {
             case.is_accepted = true;
             let extension = path.extension().unwrap_or_default();

@@ -7,7 +7,7 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 
 use super::{Attack, Method, Target};
 use crate::case::{Case, Inputs};
@@ -260,9 +260,9 @@ fn check_finite(case: &mut Case) {
     if !path.is_file() {
         return;
     }
-    match Plate::open(&path, &PlateOptions::default()) {
+    match PlateFile::open(&path, &PlateOptions::default()) {
         Ok(out) => {
-            let input = Plate::open(&case.folder.join("plate.exr"), &PlateOptions::default());
+            let input = PlateFile::open(&case.folder.join("plate.exr"), &PlateOptions::default());
             let was_finite = input.is_ok_and(|input| input.non_finite().is_empty());
             if let (Some(bad), true) = (out.non_finite().first(), was_finite) {
                 case.report(Kind::SilentChange, bad.to_string());

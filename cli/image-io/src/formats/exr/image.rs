@@ -18,7 +18,8 @@ use super::selection::ChannelPlace;
 use crate::error::{FileError, Result};
 use crate::input::InputFile;
 use crate::samples::SampleFormat;
-use crate::windows::{ImageWindows, PixelWindow, crop_or_extend, crop_or_pad};
+use crate::windows::{ImageWindows, crop_or_extend, crop_or_pad};
+use seidel_optics::Rectangle;
 
 /// The identity of a channel: its place in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -194,12 +195,12 @@ impl ExrImage {
     }
 
     /// Returns the data window of the part that holds `id`.
-    pub fn data_window(&self, id: ChannelId) -> PixelWindow {
+    pub fn data_window(&self, id: ChannelId) -> Rectangle {
         window(self.image.layer_data[id.part].absolute_bounds())
     }
 
     /// Returns the display window.
-    pub fn display_window(&self) -> PixelWindow {
+    pub fn display_window(&self) -> Rectangle {
         window(self.image.attributes.display_window)
     }
 
@@ -367,7 +368,7 @@ impl ExrImage {
     pub fn set_data_window(
         &mut self,
         id: ChannelId,
-        to: PixelWindow,
+        to: Rectangle,
         extended: impl Fn(ChannelId) -> bool,
     ) {
         let from = self.data_window(id);
@@ -445,12 +446,7 @@ impl ExrImage {
 }
 
 /// Returns samples of the window `from` over the window `to`.
-fn resized(
-    samples: &FlatSamples,
-    from: PixelWindow,
-    to: PixelWindow,
-    beyond: Beyond,
-) -> FlatSamples {
+fn resized(samples: &FlatSamples, from: Rectangle, to: Rectangle, beyond: Beyond) -> FlatSamples {
     match samples {
         FlatSamples::F16(s) => FlatSamples::F16(resize(s, from, to, beyond)),
         FlatSamples::F32(s) => FlatSamples::F32(resize(s, from, to, beyond)),
@@ -460,8 +456,8 @@ fn resized(
 
 fn resize<T: Copy + Default>(
     samples: &[T],
-    from: PixelWindow,
-    to: PixelWindow,
+    from: Rectangle,
+    to: Rectangle,
     beyond: Beyond,
 ) -> Vec<T> {
     match beyond {

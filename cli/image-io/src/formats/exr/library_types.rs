@@ -2,7 +2,7 @@
 
 use exr::meta::attribute::{IntegerBounds, Text};
 
-use crate::windows::PixelWindow;
+use seidel_optics::Rectangle;
 
 /// Converts a text to that of an attribute.
 pub(crate) fn new_text(text: &str) -> Text {
@@ -15,13 +15,13 @@ pub(crate) fn utf8(text: &Text) -> String {
 }
 
 /// Converts a window to the type of the library.
-pub(crate) fn bounds(window: PixelWindow) -> IntegerBounds {
+pub(crate) fn bounds(window: Rectangle) -> IntegerBounds {
     IntegerBounds::new((window.x, window.y), (window.width, window.height))
 }
 
 /// Converts a window from the type of the library.
-pub(crate) fn window(bounds: IntegerBounds) -> PixelWindow {
-    PixelWindow {
+pub(crate) fn window(bounds: IntegerBounds) -> Rectangle {
+    Rectangle {
         x: bounds.position.x(),
         y: bounds.position.y(),
         width: bounds.size.width(),

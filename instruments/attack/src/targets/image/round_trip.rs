@@ -3,14 +3,19 @@
 use std::path::Path;
 
 use seidel_image_io::description::Description;
-use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::plate::{PlateFile, PlateOptions};
 use seidel_image_io::samples::SampleFormat;
 
 use crate::case::Case;
 use crate::finding::Kind;
 
 /// Writes `plate` to `out`, reads it again and reports differences of which no warning was returned.
-pub(crate) fn check_round_trip(case: &mut Case, plate: &Plate, out: &Path, options: &PlateOptions) {
+pub(crate) fn check_round_trip(
+    case: &mut Case,
+    plate: &PlateFile,
+    out: &Path,
+    options: &PlateOptions,
+) {
     let warnings = match plate.write(out) {
         Ok(warnings) => warnings,
         Err(error) => {
@@ -18,7 +23,7 @@ pub(crate) fn check_round_trip(case: &mut Case, plate: &Plate, out: &Path, optio
             return;
         }
     };
-    let back = match Plate::open(out, options) {
+    let back = match PlateFile::open(out, options) {
         Ok(back) => back,
         Err(error) => {
             case.report(
