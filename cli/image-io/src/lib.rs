@@ -1,6 +1,6 @@
 //! The files of Seidel: images, PSF observation sets, lens profiles and animation tables.
 //!
-//! A [`PlateFile`](plate::Plate) is read from a file of any [format](formats) as scene-linear planes. Written in its own format, everything
+//! A [`PlateFile`](plate::PlateFile) is read from a file of any [format](formats) as scene-linear planes. Written in its own format, everything
 //! else in the file passes through; written in another, the returned warnings name everything that is lost. Each
 //! format has a folder that implements the trait `ImageFormat`.
 //!

@@ -153,6 +153,23 @@ impl Frame {
         Self::new(self.width_px, self.height_px, Some(axis))
     }
 
+    /// Returns the same frame with its axis at `axis`, which a fit found.
+    ///
+    /// # Errors
+    /// An axis that is not finite or lies more than one frame size outside; the remedy is to state it.
+    pub fn with_estimated_axis(&self, axis: ImagePoint) -> Result<Self> {
+        self.with_axis(axis).map_err(|_| {
+            Error::new(
+                "optical_axis",
+                format!(
+                    "is estimated at ({:.1}, {:.1}), far outside of the {} x {} frame",
+                    axis.x_px, axis.y_px, self.width_px, self.height_px
+                ),
+                "state it, such as the centre of the frame: these PSFs do not show it",
+            )
+        })
+    }
+
     /// Half the frame's width in pixels: the unit of field coordinates.
     pub fn half_width_px(&self) -> f64 {
         f64::from(self.width_px) / 2.0
@@ -202,5 +219,13 @@ mod tests {
         assert!(Frame::new(0, 10, None).is_err());
         assert!(Frame::new(10, 10, Some(ImagePoint::new(f64::NAN, 1.0))).is_err());
         assert!(Frame::new(10, 10, Some(ImagePoint::new(500.0, 1.0))).is_err());
+        // A user cannot leave out what the fit estimated.
+        let frame = Frame::new(10, 10, None).expect("valid");
+        let error = frame.with_estimated_axis(ImagePoint::new(500.0, 1.0));
+        let error = error.expect_err("far outside").to_string();
+        assert!(
+            error.contains("estimated") && !error.contains("leave it out"),
+            "{error}"
+        );
     }
 }

@@ -110,7 +110,7 @@ pub fn fit_edges(
     let distances = distances(set)?;
     let groups = groups(set, &distances)?;
     if settings.axis == AxisChoice::Free {
-        frame = frame.with_axis(edge_moments::find_axis(&frame, &groups)?.axis)?;
+        frame = frame.with_estimated_axis(edge_moments::find_axis(&frame, &groups)?.axis)?;
     }
     let planes = planes(set, &frame, &groups)?;
     whole.reach(0.1)?;
@@ -421,7 +421,8 @@ impl<'a> Context<'a> {
         let covariance = inverse(&normal) * chi2.max(1.0);
         let unit = self.frame.half_width_px();
         let [x, y] = fit.layout.axis(&fit.theta);
-        let frame = (self.frame).with_axis(self.frame.image_point(FieldPoint::new(x, y)))?;
+        let frame =
+            (self.frame).with_estimated_axis(self.frame.image_point(FieldPoint::new(x, y)))?;
         let count = fit.theta.len();
         let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt() * unit;
         let axis = (axis == AxisChoice::Free).then(|| AxisEstimate {

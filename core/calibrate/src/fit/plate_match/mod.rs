@@ -132,7 +132,9 @@ pub fn match_plate(
     let mut warnings = Vec::new();
     if settings.axis == AxisChoice::Free {
         match axis(&matched, set, &frame) {
-            Some(axis) => matched = Matched::new(set, lights, frame.with_axis(axis)?, settings)?,
+            Some(axis) => {
+                matched = Matched::new(set, lights, frame.with_estimated_axis(axis)?, settings)?
+            }
             None => warnings.push(
                 "the edges do not determine the optical axis: the centre of the frame was taken"
                     .to_owned(),
