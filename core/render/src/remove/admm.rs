@@ -14,7 +14,7 @@
 //! | D | the gradient in four directions; the sum over pixels of its norm is the total variation |
 //! | l | the regularisation weight |
 //!
-//! The start is a Wiener filter on local spectra, or the plate itself where depth varies. ADMM sets the gradient apart as
+//! The start is a Wiener filter on local spectra, or the plate itself where depth varies or where it explains the plate better. ADMM sets the gradient apart as
 //! z = D x, with a scaled multiplier u and a penalty r. Each iteration
 //!
 //! 1. shortens D x + u by l / r at each pixel, which gives z, and sets u to the rest;
@@ -79,12 +79,15 @@ pub(super) fn solve(problem: &mut Problem, progress: &Progress) -> Result<Soluti
     let data_weight = problem.deviation.powi(-2);
     let plate_gradient = problem.plate_gradient();
     let schedule = Schedule::of(problem, plate_gradient);
-    let start = if operator.is_flat() {
-        operator.image(wiener_estimate(problem, schedule.start_noise)?)
-    } else {
-        operator.image(problem.plate.to_vec())
-    };
-    let mut estimate = problem.blur(start)?;
+    let mut estimate = problem.blur(operator.image(problem.plate.to_vec()))?;
+    if operator.is_flat() {
+        let filtered = operator.image(wiener_estimate(problem, schedule.start_noise)?);
+        let filtered = problem.blur(filtered)?;
+        // Kernels as wide as the tiles leave the filter nothing but their windows, from which no iteration returns.
+        if problem.misfit(&filtered) < problem.misfit(&estimate) {
+            estimate = filtered;
+        }
+    }
     let stacked = operator.stack(&estimate.image);
     let mut multiplier = Gradient::zeros(stacked.len(), problem.width());
     let mut previous: Option<BlurPair> = None;
