@@ -198,7 +198,7 @@ mod tests {
     fn extreme_positions_do_not_overflow() {
         let (first, last) = (window(i32::MIN, 0, 4, 4), window(i32::MAX - 3, 0, 4, 4));
         assert!(
-            !first.encloses(last) && !first.intersection(&last).is_some() && first.encloses(first)
+            !first.encloses(last) && first.intersection(&last).is_none() && first.encloses(first)
         );
         assert_eq!(crop_or_extend(&[7_u32; 16], first, last), [7; 16]);
         assert!(crop_or_extend::<u32>(&[], window(0, 0, 0, 4), last).is_empty());
