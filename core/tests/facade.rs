@@ -67,6 +67,22 @@ fn removal_undoes_most_of_the_blur() {
     assert!(after < 0.6 * before, "{after} of {before}");
 }
 
+/// Tiles of the local spectra are no wider than such kernels.
+#[test]
+fn removal_of_blur_as_wide_as_the_plate_makes_nothing_worse() {
+    let (lens, sharp) = (lens(), image(3));
+    let settings = Settings::default();
+    for metres in [0.13, 0.1] {
+        let plate = Plate::new(sharp.clone()).with_depth(at_metres(metres));
+        let blurred = apply(&lens, &plate, &settings, &no_progress).expect("a render");
+        let before = root_mean_square_difference(&blurred, &sharp);
+        let blurred = Plate::new(blurred).with_depth(at_metres(metres));
+        let removed = remove(&lens, &blurred, &settings, &no_progress).expect("a removal");
+        let after = root_mean_square_difference(&removed, &sharp);
+        assert!(after < 1.01 * before, "{metres} m: {before} {after}");
+    }
+}
+
 #[test]
 fn noise_of_two_colours_of_three_is_refused() {
     let plate = Plate::new(image(3)).with_depth(at_metres(4.0));
