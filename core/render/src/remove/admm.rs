@@ -14,8 +14,8 @@
 //! | D | the gradient in four directions; the sum over pixels of its norm is the total variation |
 //! | l | the regularisation weight |
 //!
-//! The start is a Wiener filter on local spectra, or the plate itself where depth varies or where it explains the plate better. ADMM sets the gradient apart as
-//! z = D x, with a scaled multiplier u and a penalty r. Each iteration
+//! The start is a Wiener filter on local spectra, or the plate itself where depth varies or where that explains the plate
+//! better. ADMM sets the gradient apart as z = D x, with a scaled multiplier u and a penalty r. Each iteration
 //!
 //! 1. shortens D x + u by l / r at each pixel, which gives z, and sets u to the rest;
 //! 2. lowers Q(x) = |W^(1/2) (A x - b)|² / (2 s²) + r |D x - z + u|² / 2 by one exact line search over the plane of two
