@@ -27,7 +27,7 @@
 //! };
 //! write_channels(&path, ImageWindows::of_size(2, 2), &[channel])?;
 //!
-//! let plate = Plate::open(&path, &PlateOptions::default())?;
+//! let plate = PlateFile::open(&path, &PlateOptions::default())?;
 //! assert_eq!(plate.colour_names(), ["Y"]);
 //! assert_eq!(plate.colour(), [samples]);
 //! # Ok(())
