@@ -12,7 +12,7 @@ use seidel_optics::predict::predict_set;
 
 use crate::Extent;
 use crate::page::{Case, Job};
-use crate::removal::grey;
+use crate::removal::green_alone;
 
 /// Lenses of the library, whose PSFs are drawn with noise.
 const LIBRARY: [&str; 3] = ["modern-50", "anamorphic-75", "swirl-58"];
@@ -80,7 +80,7 @@ pub(crate) fn job(extent: Extent) -> Result<Job> {
 
 /// Returns `grid` columns and rows of green PSFs of a lens of the library, at its focus and nearer.
 fn drawn(name: &str, grid: [usize; 2]) -> Result<ObservationSet> {
-    let lens = grey(LibraryLens::by_name(name)?.profile()?)?;
+    let lens = green_alone(LibraryLens::by_name(name)?.profile()?)?;
     let profile = lens.profile();
     let channels = lens.predictor().channel_names().to_vec();
     let focus = profile

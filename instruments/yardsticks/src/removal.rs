@@ -22,7 +22,7 @@ const SIDE: usize = 320;
 
 /// Measures all cases.
 pub(crate) fn job(extent: Extent) -> Result<Job> {
-    let lens = grey(LibraryLens::by_name(LENS)?.profile()?)?;
+    let lens = green_alone(LibraryLens::by_name(LENS)?.profile()?)?;
     let (radii, noise): (&[f64], &[f64]) = if extent == Extent::Quick {
         (&RADII_PX[2..3], &NOISE[..2])
     } else {
@@ -49,7 +49,7 @@ pub(crate) fn job(extent: Extent) -> Result<Job> {
 }
 
 /// Returns the lens with its green channel alone, for pictures of one channel.
-pub(crate) fn grey(mut profile: LensProfile) -> Result<Lens> {
+pub(crate) fn green_alone(mut profile: LensProfile) -> Result<Lens> {
     if let LensDescription::Pupil(channels) = &mut profile.description {
         channels.retain(|channel| channel.name == "G");
         channels
@@ -141,7 +141,7 @@ fn case(lens: &Lens, radius_px: f64, noise: f64) -> Result<Case> {
         name: format!("{radius_px} px, noise {noise}"),
         ours: restored.psnr(&truth, border),
         rivals: vec![
-            wiener::best(&blurred, psf, &truth, border),
+            wiener::best_psnr(&blurred, psf, &truth, border),
             blurred.psnr(&truth, border),
         ],
     })

@@ -8,9 +8,10 @@ use crate::picture::Picture;
 /// Ratios of the power of noise to that of the picture that are tried.
 const RATIOS: [f32; 9] = [1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 1e-1];
 
-/// Returns `blurred` divided by the spectrum of `psf`, O conj(H) / (|H|² + K), continued by reflection over its borders.
-/// K is the constant nearest to `truth`, which no user has.
-pub(crate) fn best(blurred: &Picture, psf: &Tile, truth: &Picture, border: usize) -> f64 {
+/// Returns the peak signal-to-noise ratio of the Wiener filter O conj(H) / (|H|² + K) against `truth`, dB, without `border` pixels
+/// on each side. O is the spectrum of `blurred`, continued by reflection over its borders, and H that of `psf`. K is the best of
+/// [`RATIOS`], which no user can know.
+pub(crate) fn best_psnr(blurred: &Picture, psf: &Tile, truth: &Picture, border: usize) -> f64 {
     let side = blurred.side;
     // Reflected up to a period of twice the side, so that no edge is cut.
     let period = fast_length(2 * side);

@@ -1,7 +1,7 @@
 //! Arnold's attributes: neither focus nor f-number is among them.
 
-use super::Quantity;
-use super::attributes::{Dialect, Row, Unit};
+use super::attribute_dialect::{Dialect, Row, Unit};
+use super::record::Quantity;
 
 pub(super) static DIALECT: Dialect = Dialect {
     rows: &[

@@ -2,42 +2,15 @@
 
 use std::path::Path;
 
+use super::attribute_dialect::{Attributes, Dialect, Row, Unit};
 use super::number;
-use super::{FrameRecord, Quantity, Reading, TimeCode, UnitSource};
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
+use super::time_code::TimeCode;
 use super::{arnold, openexr, redshift, vray};
 use crate::description::Description;
 use crate::error::Result;
 use crate::formats::{exr, row_of_file};
 use crate::part::Part;
-
-/// The attributes that a program writes about lens and camera.
-pub(super) struct Dialect {
-    /// Attributes of values, for each quantity the preferred one first.
-    pub(super) rows: &'static [Row],
-    /// Attributes about the makers of lens and camera, each with its name in words.
-    pub(super) identity: &'static [(&'static str, &'static str)],
-    /// Adds the values that several attributes state together.
-    pub(super) combine: fn(&Attributes, &mut FrameRecord),
-}
-
-/// An attribute that states a quantity.
-pub(super) struct Row {
-    pub(super) name: &'static str,
-    pub(super) quantity: Quantity,
-    pub(super) unit: Unit,
-}
-
-/// The meaning of the number in an attribute.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Unit {
-    /// Metres from the sensor.
-    MetresFromSensor,
-    Millimetres,
-    FNumber,
-    TNumber,
-    /// Units of the scene, from the entrance pupil.
-    Scene,
-}
 
 /// Every dialect: OpenEXR's own names are preferred to those of renderers.
 static DIALECTS: [&Dialect; 4] = [
@@ -51,32 +24,6 @@ static DIALECTS: [&Dialect; 4] = [
 const LENS_WORDS: [&str; 7] = [
     "focus", "focal", "iris", "aperture", "fstop", "lens", "distance",
 ];
-
-/// The attributes of a part.
-pub(super) struct Attributes<'a> {
-    part: &'a Part,
-    /// Added to the names of attributes of a part that is not the beauty pass.
-    suffix: String,
-}
-
-impl Attributes<'_> {
-    pub(super) fn text(&self, name: &str) -> Option<&str> {
-        let mut attributes = self.part.attributes.iter();
-        let (_, text) = attributes.find(|(own, _)| own == name)?;
-        Some(text.trim())
-    }
-
-    /// Returns the numbers of an attribute.
-    pub(super) fn numbers(&self, name: &str) -> Option<Vec<f64>> {
-        let words = self.text(name)?.split_whitespace();
-        words.map(number::parse).collect()
-    }
-
-    /// Returns the words for an attribute in messages.
-    pub(super) fn field(&self, name: &str) -> String {
-        format!("attribute `{name}`{}", self.suffix)
-    }
-}
 
 /// Returns the statements of a plate of any format.
 ///

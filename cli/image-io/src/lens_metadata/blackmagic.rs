@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::number;
-use super::sidecar::Dialect;
-use super::{FrameRecord, Quantity, Reading, TimeCode, UnitSource};
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
+use super::table_dialect::Dialect;
+use super::time_code::TimeCode;
 use crate::error::{FileError, Result};
 
 pub(super) static DIALECT: Dialect = Dialect {

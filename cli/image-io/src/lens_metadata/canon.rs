@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::csv_table::{ColumnUnit, CsvTable, Row};
 use super::number;
-use super::sidecar::Dialect;
-use super::{FrameRecord, Quantity, Reading, UnitSource};
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
+use super::table_dialect::Dialect;
 use crate::error::Result;
 
 const DISTANCE: &str = "FocusPosition";

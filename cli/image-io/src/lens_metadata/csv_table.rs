@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::number::{self, Length};
-use super::{FrameRecord, Quantity, Reading, TimeCode, UnitSource};
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
+use super::time_code::TimeCode;
 use crate::error::{FileError, Result};
 
 /// Cells that stand for no value.

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{FrameRecord, Sidecar, TimeCode};
+use super::record::FrameRecord;
+use super::sidecar::Sidecar;
+use super::time_code::TimeCode;
 use crate::error::{FileError, Result};
 
 /// A frame of a plate.
@@ -26,8 +28,8 @@ pub struct FrameMatch<'s> {
 const REMEDY: &str =
     "give the table of this shot, or the frame of its first row by --lens-metadata-start";
 
-/// Matches `frames` with the records of `sidecar`: by the number of its first row if `start` is given, else by time code, by frame number, and at
-/// last in order, if the table counts from 0 or 1 and has as many frames.
+/// Matches `frames` with the records of `sidecar`: by the number of its first row if `start` is given, else by time code,
+/// else by frame number, else in order. In order needs a table that counts from 0 or 1 and has as many frames.
 ///
 /// # Errors
 /// A table of other frames.

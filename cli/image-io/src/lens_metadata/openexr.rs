@@ -1,8 +1,9 @@
 //! OpenEXR's standard attributes: website/StandardAttributes.rst of AcademySoftwareFoundation/openexr, version 3.2 and later.
 //! `FNumber` is the name that OpenImageIO gives to `aperture`.
 
-use super::attributes::{Attributes, Dialect, Row, Unit};
-use super::{FrameRecord, Quantity, Reading, UnitSource, number};
+use super::attribute_dialect::{Attributes, Dialect, Row, Unit};
+use super::number;
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
 
 const PITCH: &str = "sensorPhotositePitch";
 const RECTANGLE: &str = "sensorAcquisitionRectangle";

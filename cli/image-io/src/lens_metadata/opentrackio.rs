@@ -5,8 +5,9 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::number;
-use super::sidecar::Dialect;
-use super::{FrameRecord, Quantity, Reading, TimeCode, UnitSource};
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
+use super::table_dialect::Dialect;
+use super::time_code::TimeCode;
 use crate::error::{FileError, Result};
 
 pub(super) static DIALECT: Dialect = Dialect {

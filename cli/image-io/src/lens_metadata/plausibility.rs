@@ -1,6 +1,7 @@
 //! Values that cannot be true of a lens.
 
-use super::{Quantity, UnitSource, number};
+use super::number;
+use super::record::{Quantity, UnitSource};
 
 /// Bounds of values in the unit of each quantity; focus may also be infinite.
 const FOCUS_M: (f64, f64) = (0.0, 1e6);

@@ -1,7 +1,7 @@
 //! Redshift's attributes. `rs/camera/aperture` is the film back; `rs/camera/FStop` is that of the photographic exposure.
 
-use super::Quantity;
-use super::attributes::{Dialect, Row, Unit};
+use super::attribute_dialect::{Dialect, Row, Unit};
+use super::record::Quantity;
 
 pub(super) static DIALECT: Dialect = Dialect {
     rows: &[

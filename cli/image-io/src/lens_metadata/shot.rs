@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{FrameRecord, Optics, Quantity, Reading, UnitSource};
+use super::plausibility::Optics;
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
 use crate::error::{FileError, Result};
 
 /// Largest relative difference of two values that agree. Focal lengths of one lens differ by its breathing and its

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{FrameRecord, arri, blackmagic, canon, opentrackio, red, sony};
+use super::record::FrameRecord;
+use super::table_dialect::Dialect;
+use super::{arri, blackmagic, canon, opentrackio, red, sony};
 use crate::error::{FileError, Result};
 use crate::json::read_text;
 
@@ -23,16 +25,6 @@ pub fn is_table(path: &Path) -> bool {
             .iter()
             .any(|table| own.eq_ignore_ascii_case(table))
     })
-}
-
-/// A kind of table.
-pub(super) struct Dialect {
-    /// Name for messages.
-    pub(super) name: &'static str,
-    /// Returns whether a text that starts so is of this kind.
-    pub(super) is_start: fn(&str) -> bool,
-    /// Reads the text of a file.
-    pub(super) read: fn(&Path, &str) -> Result<Vec<FrameRecord>>,
 }
 
 /// Every dialect.

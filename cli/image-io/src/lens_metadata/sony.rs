@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::csv_table::{ColumnUnit, CsvTable};
-use super::sidecar::Dialect;
-use super::{FrameRecord, Quantity};
+use super::record::{FrameRecord, Quantity};
+use super::table_dialect::Dialect;
 use crate::error::{FileError, Result};
 
 const DISTANCE: &str = "Focus Distance (";

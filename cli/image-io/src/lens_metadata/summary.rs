@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::record::{FrameRecord, Quantity, Reading, UnitSource};
 use super::shot::{ShotUse, optics, range};
-use super::{FrameRecord, Quantity, Reading, UnitSource};
 
 /// Returns the lines of a description: a name and a value each.
 pub fn lines(record: &FrameRecord) -> Vec<(String, String)> {

@@ -1,8 +1,8 @@
 //! V-Ray's attributes. `cameraAperture` is the film back, and a target distance of 1e18 stands for none.
 
-use super::Quantity;
-use super::attributes::{Attributes, Dialect, Row, Unit};
-use super::{FrameRecord, UnitSource};
+use super::attribute_dialect::{Attributes, Dialect, Row, Unit};
+use super::record::Quantity;
+use super::record::{FrameRecord, UnitSource};
 
 const TARGET: &str = "cameraTargetDistance";
 

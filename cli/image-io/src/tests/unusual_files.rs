@@ -1,4 +1,4 @@
-//! Sound files of unusual layouts: they are read, or refused with the name of what is not supported, and never called damaged.
+//! Valid files of unusual layouts. A reader reads them, or names the layout that it does not support; it calls none damaged.
 
 use std::path::Path;
 

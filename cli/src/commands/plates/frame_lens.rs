@@ -53,6 +53,17 @@ pub(crate) struct FrameLens {
     pub(super) record: SettingsRecord,
 }
 
+impl LensArgs {
+    /// Returns the `lenses` of a run, each with its role, and the table of lens settings.
+    pub(crate) fn files_with<'a>(
+        &'a self,
+        mut lenses: Vec<(&'static str, &'a Path)>,
+    ) -> Vec<(&'static str, &'a Path)> {
+        lenses.extend(self.metadata.table().map(|path| ("LensMetadata", path)));
+        lenses
+    }
+}
+
 impl LensOptions {
     /// Returns the first of the options called `names` that is given.
     pub(super) fn given<'n>(&self, names: &[&'n str]) -> Option<&'n str> {

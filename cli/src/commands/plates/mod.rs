@@ -14,6 +14,7 @@ mod look;
 mod memory;
 mod plate;
 mod queue;
+mod read_shot;
 mod reader;
 mod resume;
 mod run;

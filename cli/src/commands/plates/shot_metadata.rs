@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::frame_lens::LensArgs;
 use seidel_image_io::sequence::FramePattern;
 
 /// Options about the lens that a shot states.
@@ -44,17 +43,16 @@ fn parse_source(text: &str) -> Result<LensSource, String> {
     }
 }
 
-impl LensArgs {
-    /// Returns the `lenses` of a run, each with its role, and the table of lens settings.
-    pub(crate) fn files_with<'a>(
-        &'a self,
-        mut lenses: Vec<(&'static str, &'a Path)>,
-    ) -> Vec<(&'static str, &'a Path)> {
-        if let Some(LensSource::Table(path)) = &self.metadata.source
-            && (path.is_file() || !FramePattern::parse(path).has_frame())
-        {
-            lenses.push(("LensMetadata", path));
+impl LensMetadataArgs {
+    /// Returns the table of lens settings, unless it is a frame pattern.
+    pub(super) fn table(&self) -> Option<&Path> {
+        match &self.source {
+            Some(LensSource::Table(path))
+                if path.is_file() || !FramePattern::parse(path).has_frame() =>
+            {
+                Some(path)
+            }
+            _ => None,
         }
-        lenses
     }
 }
