@@ -40,8 +40,10 @@ pub(crate) fn run(target: &str, options: &Options) -> ExitCode {
             *last = panic.to_string();
         }
     }));
-    let own = std::env::temp_dir();
-    let folder = options.folder.as_deref().unwrap_or(&own);
+    let Some(folder) = options.folder.as_deref() else {
+        eprintln!("error: a worker needs --folder, a folder of its own");
+        return ExitCode::from(2);
+    };
     let program = program(options);
     let mut attack = target.start(folder);
     let runner = Runner {

@@ -2,6 +2,7 @@
 
 mod commands;
 
+use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
@@ -35,6 +36,8 @@ pub(crate) struct Input {
 /// Inputs of commands.
 pub(crate) struct Program {
     inputs: Vec<Input>,
+    /// Names in the folder before the first case.
+    names: BTreeSet<OsString>,
     /// Index of the input that the last case damaged.
     damaged: Option<usize>,
 }
@@ -77,11 +80,13 @@ impl Program {
             input("list.txt", vec![list.as_bytes().to_vec()], TEXT),
             input("config.ocio", texts::configs(), TEXT),
         ];
-        let program = Self {
+        let mut program = Self {
             inputs,
+            names: BTreeSet::new(),
             damaged: None,
         };
         program.write_sound(folder);
+        program.names = names_in(folder).collect();
         program
     }
 
@@ -135,9 +140,6 @@ impl Attack for Program {
     fn run(&mut self, case: &mut Case) {
         let line = command_of(case);
         let mut words: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
-        for name in OUTPUTS {
-            remove(&case.folder.join(name));
-        }
         if case.inputs == Inputs::Damaged {
             if !case.rng.once_in(4) {
                 self.damaged = self.damage_input(case, &words);
@@ -169,7 +171,16 @@ impl Attack for Program {
             let input = &self.inputs[index];
             raster::write(&folder.join(input.name), &input.seeds[0]);
         }
+        // A later case must not read what this one wrote: alone it would end otherwise.
+        for name in names_in(folder).filter(|name| !self.names.contains(name)) {
+            remove(&folder.join(name));
+        }
     }
+}
+
+fn names_in(folder: &Path) -> impl Iterator<Item = OsString> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.file_name())
 }
 
 /// Returns the parts of a command line that an error may name: files and options.
