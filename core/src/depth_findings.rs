@@ -12,7 +12,7 @@ use crate::session::LensSession;
 
 impl LensSession {
     /// Returns signs that the depth pass of a plate of `geometry`, with `alpha` where it has one, does not follow its
-    /// convention; none if the plate is at one distance.
+    /// convention, and where its `colours` are known, that it is not of this plate; none if the plate is at one distance.
     ///
     /// # Errors
     /// Those of [`LensSession::place`] and [`DepthCheck::findings`].
@@ -20,6 +20,7 @@ impl LensSession {
         &self,
         depth: &PreparedDepth,
         geometry: &PlateGeometry,
+        colours: &[Vec<f32>],
         alpha: Option<&[f32]>,
     ) -> Result<Vec<DepthFinding>> {
         let (Some(reading), Some(pass)) = (depth.reading(), depth.pass()) else {
@@ -33,6 +34,7 @@ impl LensSession {
             width: placement.width,
             height: placement.height,
             convention: pass.meaning.convention,
+            colours,
             alpha,
             view: CameraPerspective {
                 axis: self.axis(&placement),
@@ -49,12 +51,13 @@ impl LensSession {
 }
 
 impl PreparedPlate {
-    /// Returns signs that the plate's depth pass does not follow its convention.
+    /// Returns signs that the plate's depth pass does not follow its convention, or is of another picture.
     ///
     /// # Errors
     /// Those of [`LensSession::depth_findings`].
     pub fn depth_findings(&self) -> Result<Vec<DepthFinding>> {
-        (self.session()).depth_findings(self.depth(), self.geometry(), self.alpha())
+        let colours = &self.planes()[..self.colour_count()];
+        (self.session()).depth_findings(self.depth(), self.geometry(), colours, self.alpha())
     }
 }
 

@@ -230,8 +230,8 @@ pub use seidel_optics::{
 };
 pub use seidel_render::remove::{Canvas, KeptBlurReason, Saturation, SharpPlane};
 pub use seidel_render::{
-    Bloom, BlurMap, DepthConvention, DepthFinding, DepthProblem, DepthReading, DepthSlice,
-    Displacement, FocusControls, FocusSide, LocalKernel, RenderWindow, Severity,
+    Bloom, BlurMap, DepthConvention, DepthFinding, DepthPlace, DepthProblem, DepthReading,
+    DepthSlice, Displacement, FocusControls, FocusSide, LocalKernel, RenderWindow, Severity,
 };
 pub use session::LensSession;
 pub use settings::{

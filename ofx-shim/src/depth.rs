@@ -67,6 +67,11 @@ impl DepthEncoding {
         }
     }
 
+    /// Returns the metres in a unit of the depth pass.
+    pub(crate) fn metres_per_unit(&self) -> f64 {
+        self.metres_per_unit
+    }
+
     /// Returns the convention of samples after [`DepthConversion::apply`].
     pub(crate) fn convention(&self) -> DepthConvention {
         let (near_m, far_m) = (self.near_m, self.far_m);

@@ -39,6 +39,10 @@ fn remedy(problem: DepthProblem, convention: DepthConvention, width: usize) -> S
         DepthProblem::Premultiplied { .. } => {
             "connect depth that is not premultiplied, anti-aliased or filtered".to_owned()
         }
+        DepthProblem::Misplaced { .. } => {
+            "connect the depth of this picture: of the same eye, frame and camera, the same way up"
+                .to_owned()
+        }
         DepthProblem::Quantised { .. } => "connect depth in half or full floats".to_owned(),
         DepthProblem::Constant { .. } => {
             "if that is meant, switch Use Depth off and set Distance".to_owned()

@@ -19,6 +19,7 @@ mod host;
 mod interleaved;
 mod knobs;
 mod lens;
+mod lens_data;
 mod overlay;
 mod plate_image;
 mod rendering;

@@ -12,6 +12,7 @@ use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
 use crate::knobs::{Knob, Knobs, depth, focus, lens, look, render};
 use crate::lens::{LensOrigin, built_in, load};
+use crate::lens_data::LensData;
 
 /// Quality that the host asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +62,9 @@ pub(crate) fn settings(
     settings.channel_scales = channel_scales(knobs, profile)?;
     let focus_distance = focus_distance_m(knobs)?;
     settings.controls.focus_distance = focus_distance.map(ObjectDistance::metres).transpose()?;
+    if let Some(data) = LensData::read(knobs, profile)? {
+        data.put(&mut settings)?;
+    }
     let (right, up) = knobs.pair(&lens::AXIS_OFFSET);
     settings.axis_offset_px = (right * scale.x, -up * scale.y + scale.row_offset);
     if quality == HostQuality::Draft && knobs.is_on(&render::AUTO_DRAFT) {
@@ -131,7 +135,12 @@ pub(crate) fn plate_distance_m(knobs: &Knobs) -> f64 {
 /// # Errors
 /// A lens whose focus distance is not known, left as measured.
 pub(crate) fn focus_vergence_per_m(knobs: &Knobs, profile: &Lens) -> Result<f64> {
-    let distance = focus_distance_m(knobs)?.or_else(|| measured_focus_m(profile));
+    let mut distance = focus_distance_m(knobs)?;
+    if distance.is_none() {
+        let data = LensData::read(knobs, profile)?;
+        distance = data.and_then(|data| data.focus_m());
+    }
+    let distance = distance.or_else(|| measured_focus_m(profile));
     let distance = distance.ok_or_else(|| {
         Failure::failed(
             "Focus: the distance at which the lens was focused is not known; set Focus to Focus Distance.",

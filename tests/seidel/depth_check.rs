@@ -116,3 +116,48 @@ fn only_the_first_frame_of_a_run_is_checked() {
     assert_eq!(outcome.stderr.matches("doubtful").count(), 1);
     assert!(outcome.stderr.contains("note: frame 3: depth "));
 }
+
+#[test]
+fn the_depth_of_another_picture_and_names_that_say_more_are_reported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_moments_lens(folder, &["Y"]);
+    // Cards of several shades before a wall, in no symmetric places.
+    let cards = [
+        (20, 16, 100, 80, 1.0),
+        (120, 40, 60, 100, 1.5),
+        (200, 10, 90, 60, 2.2),
+        (190, 90, 50, 80, 1.2),
+    ];
+    let (width, height) = (2 * SIZE.0, 2 * SIZE.1);
+    let (mut light, mut depth) = (vec![0.3_f32; width * height], vec![4.0_f32; width * height]);
+    for (left, top, columns, rows, z) in cards {
+        for row in top..top + rows {
+            let start = row * width + left;
+            light[start..start + columns].fill(0.4 * z);
+            depth[start..start + columns].fill(z);
+        }
+    }
+    let upside_down: Vec<f32> = depth.chunks(width).rev().flatten().copied().collect();
+    let channels = [
+        ("Y", light),
+        ("Z", depth.clone()),
+        ("upside.down", upside_down),
+        ("depth_filtered.Z", depth),
+    ];
+    write_exr(&folder.join("plate.exr"), width, height, &channels);
+    let message = |depth: &str| {
+        let line = format!("apply --lens @lens.json @plate.exr -o @out.exr --amount 0 {depth}");
+        succeeds(folder, &line).stderr
+    };
+    let right = message("");
+    assert!(!right.contains("doubtful"), "{right}");
+    let wrong = message("--depth @plate.exr:upside.down");
+    for part in ["doubtful", "upside down", "of the same eye"] {
+        assert!(wrong.contains(part), "{wrong}");
+    }
+    let filtered = message("--depth @plate.exr:depth_filtered.Z");
+    assert!(filtered.contains("is filtered"), "{filtered}");
+    let off = message("--depth @plate.exr:upside.down --no-depth-check");
+    assert!(!off.contains("doubtful"), "{off}");
+}

@@ -5,7 +5,7 @@
 
 use seidel_ofx_host::render_job::ClipFile;
 
-use crate::in_hosts::{
+use crate::host_render::{
     DepthInput, HEIGHT, NAMES, WIDTH, assert_equals_command, in_host, lens_and_plate, try_in_host,
     try_in_host_with,
 };

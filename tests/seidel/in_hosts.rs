@@ -5,81 +5,17 @@
 
 use std::path::Path;
 
-use seidel_ofx_host::picture::Picture;
 use seidel_ofx_host::render_job::{ClipFile, RenderJob};
 use seidel_ofx_host::runner::built_plugin;
 
+use crate::host_render::{
+    DepthInput, HEIGHT, NAMES, WIDTH, assert_equals_command, in_host, lens_and_plate, try_in_host,
+};
 use crate::remove_lens_check;
 use crate::support::{
     read_channel, succeeds, write_exr, write_moments_lens, write_nearly_equal_lens, write_plate,
     write_pupil_lens,
 };
-
-pub(crate) const WIDTH: usize = 90;
-pub(crate) const HEIGHT: usize = 64;
-pub(crate) const NAMES: [&str; 4] = ["R", "G", "B", "A"];
-
-/// Returns a folder with `lens.json` of R, G and B, and `plate.exr` with depth.
-pub(crate) fn lens_and_plate() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    write_pupil_lens(folder.path(), &["R", "G", "B"]);
-    write_plate(&folder.path().join("plate.exr"), WIDTH, HEIGHT);
-    folder
-}
-
-/// The input Depth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum DepthInput {
-    /// Nothing.
-    None,
-    /// Channel Z of the plate.
-    OfPlate,
-}
-
-/// Renders `plate.exr` of `folder` with `lens.json` in the host.
-pub(crate) fn in_host(folder: &Path, depth: DepthInput, knobs: &[(&str, &str)]) -> Picture {
-    try_in_host(folder, depth, knobs).expect("rendered")
-}
-
-/// Renders as [`in_host`], or returns the plugin's message.
-pub(crate) fn try_in_host(
-    folder: &Path,
-    depth: DepthInput,
-    knobs: &[(&str, &str)],
-) -> Result<Picture, String> {
-    let depth = (depth == DepthInput::OfPlate).then(|| ClipFile {
-        clip: "Depth".to_owned(),
-        file: folder.join("plate.exr"),
-        channel: Some("Z".to_owned()),
-    });
-    try_in_host_with(folder, depth.into_iter().collect(), knobs)
-}
-
-/// Renders as [`try_in_host`], with these inputs beside the source.
-pub(crate) fn try_in_host_with(
-    folder: &Path,
-    inputs: Vec<ClipFile>,
-    knobs: &[(&str, &str)],
-) -> Result<Picture, String> {
-    let mut feeds = vec![ClipFile {
-        clip: "Source".to_owned(),
-        file: folder.join("plate.exr"),
-        channel: None,
-    }];
-    feeds.extend(inputs);
-    let lens = folder.join("lens.json").display().to_string();
-    let always = [("lens", "Lens File"), ("profile", lens.as_str())];
-    let settings = always.iter().chain(knobs);
-    let job = RenderJob {
-        plugin: built_plugin("seidel_ofx").expect("built with the tests"),
-        feeds,
-        settings: settings
-            .map(|(name, words)| ((*name).to_owned(), (*words).to_owned()))
-            .collect(),
-        ..RenderJob::default()
-    };
-    job.run()
-}
 
 /// Writes an opaque plate whose colours come from `sample`, which takes a channel's shade and a pixel index.
 fn write_shades(folder: &Path, sample: impl Fn(f32, usize) -> f32) {
@@ -91,27 +27,6 @@ fn write_shades(folder: &Path, sample: impl Fn(f32, usize) -> f32) {
         ("A", vec![1.0; WIDTH * HEIGHT]),
     ];
     write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
-}
-
-/// Asserts that the command gives bit-identical samples, and that they differ from the plate's.
-#[track_caller]
-pub(crate) fn assert_equals_command(host: &Picture, folder: &Path, line: &str) {
-    succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
-    let mut changed = false;
-    let (width, height) = (host.bounds.width(), host.bounds.height());
-    for (c, name) in NAMES.iter().enumerate().take(host.channels) {
-        let command = read_channel(&folder.join("out.exr"), name);
-        let before = read_channel(&folder.join("plate.exr"), name);
-        changed |= command != before;
-        assert_eq!(command.len(), width * height);
-        for (k, wanted) in command.iter().enumerate() {
-            let (x, y) = ((k % width) as i32, (height - 1 - k / width) as i32);
-            let got = host.pixel(x, y)[c];
-            let same = got.to_bits() == wanted.to_bits();
-            assert!(same, "{name} of {x}, {y}: {got}, not {wanted}");
-        }
-    }
-    assert!(changed, "something was done");
 }
 
 #[test]

@@ -6,20 +6,21 @@ use std::path::Path;
 use exr::prelude::*;
 
 use crate::support::{
-    must_refuse, read_channel, real_data, seidel_in, succeeds, write_plate, write_pupil_lens,
+    must_refuse, must_refuse_options, read_channel, real_data, seidel_in, succeeds, write_plate,
+    write_pupil_lens,
 };
 
-const FRAMES: i64 = 24;
+pub(crate) const FRAMES: i64 = 24;
 const APPLY: &str =
     "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1001-1024 --lens-scale 1";
 
 /// The focus of a frame, metres: a pull with decimal values.
-fn focus(frame: i64) -> f64 {
+pub(crate) fn focus(frame: i64) -> f64 {
     1.5 + (frame - 1001) as f64 / 10.0
 }
 
 /// Writes a plate with these attributes, and with the time code 10:00:00:FF of its frame if `frame` is given.
-fn write_with(path: &Path, frame: Option<i64>, attributes: &[(&str, AttributeValue)]) {
+pub(crate) fn write_with(path: &Path, frame: Option<i64>, attributes: &[(&str, AttributeValue)]) {
     write_plate(path, 34, 26);
     let mut image = read_first_flat_layer_from_file(path).expect("readable");
     image.attributes.time_code = frame.map(|frame| attribute::TimeCode {
@@ -40,17 +41,21 @@ fn write_with(path: &Path, frame: Option<i64>, attributes: &[(&str, AttributeVal
     image.write().to_file(path).expect("writable");
 }
 
-/// Writes the plates of the shot; with `focus` and `aperture` if `has_attributes`.
-fn write_shot(folder: &Path, has_attributes: bool) {
+/// Writes the plates of the shot, with `focus` and `aperture`.
+pub(crate) fn write_shot(folder: &Path) {
+    write_frames(folder, |frame| {
+        vec![
+            ("focus", AttributeValue::F32(focus(frame) as f32)),
+            ("aperture", AttributeValue::F32(2.8)),
+        ]
+    });
+}
+
+fn write_frames(folder: &Path, attributes: impl Fn(i64) -> Vec<(&'static str, AttributeValue)>) {
     write_pupil_lens(folder, &["R", "G", "B"]);
     for frame in 1001..1001 + FRAMES {
         let path = folder.join(format!("plate.{frame}.exr"));
-        let attributes = [
-            ("focus", AttributeValue::F32(focus(frame) as f32)),
-            ("aperture", AttributeValue::F32(2.8)),
-        ];
-        let attributes = if has_attributes { &attributes[..] } else { &[] };
-        write_with(&path, Some(frame), attributes);
+        write_with(&path, Some(frame), &attributes(frame));
     }
 }
 
@@ -71,7 +76,7 @@ fn write_animation(folder: &Path) {
 }
 
 /// Returns OpenTrackIO samples of the shot as a stream, with the fields `timing`.
-fn samples(timing: impl Fn(i64) -> String) -> String {
+pub(crate) fn samples(timing: impl Fn(i64) -> String) -> String {
     let sample = |frame: i64| {
         format!(
             r#"{{"protocol": {{"name": "OpenTrackIO", "version": [1, 0, 0]}}, "timing": {{{}}},
@@ -86,7 +91,7 @@ fn samples(timing: impl Fn(i64) -> String) -> String {
         .join("\n")
 }
 
-fn time_code(frame: i64) -> String {
+pub(crate) fn time_code(frame: i64) -> String {
     format!(
         r#""timecode": {{"hours": 10, "minutes": 0, "seconds": 0, "frames": {}, "frameRate": {{"num": 24, "denom": 1}}}}"#,
         frame - 1001
@@ -97,7 +102,7 @@ fn time_code(frame: i64) -> String {
 fn a_focus_pull_by_attributes_or_by_opentrackio_equals_a_table_bit_for_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_shot(folder, true);
+    write_shot(folder);
     write_animation(folder);
     let (wanted, _) = blurred(folder, &format!("{APPLY} --animate @values.csv"));
     let (by_plate, notes) = blurred(folder, &format!("{APPLY} --lens-metadata plate"));
@@ -112,7 +117,7 @@ fn a_focus_pull_by_attributes_or_by_opentrackio_equals_a_table_bit_for_bit() {
     let source = "lens-metadata: focus-distance: attribute `focus`; f-number: attribute `aperture`";
     assert!(info.contains(source), "{info}");
     assert!(info.contains("focus: 3.8 m"), "{info}");
-    write_shot(folder, false);
+    write_frames(folder, |_| Vec::new());
     std::fs::write(folder.join("track.json"), samples(time_code)).expect("writable");
     let (by_track, notes) = blurred(folder, &format!("{APPLY} --lens-metadata @track.json"));
     assert!(by_track == wanted);
@@ -248,6 +253,48 @@ fn plates_that_state_their_lens_are_noted_and_options_come_first() {
 }
 
 #[test]
+fn an_attribute_of_a_studio_is_used_by_its_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    let own = [
+        ("studio:focus", AttributeValue::F32(3200.0)),
+        ("focus", AttributeValue::F32(7.0)),
+    ];
+    let named = "--lens-metadata plate --lens-attribute focus=studio:focus:mm";
+    let used = notes(folder, &own, named);
+    assert!(
+        used.contains("focus 3.2 m from attribute `studio:focus` of plate.exr"),
+        "{used}"
+    );
+    assert!(used.contains("attribute `focus` disagrees"), "{used}");
+    let first = read_channel(&folder.join("out.exr"), "G");
+    notes(folder, &[], "--focus-distance 3.2");
+    assert!(first == read_channel(&folder.join("out.exr"), "G"));
+    let line = "apply --lens @lens.json @plate.exr -o @none.exr --lens-scale 1";
+    write_with(&folder.join("plate.exr"), None, &own);
+    let other = format!("{line} --lens-metadata plate --lens-attribute focus=other");
+    must_refuse(
+        folder,
+        &other,
+        &["`other`", "does not exist", "seidel info"],
+    );
+    std::fs::write(folder.join("t.json"), samples(time_code)).expect("writable");
+    for (options, word) in [
+        (
+            "--lens-metadata plate --lens-attribute iris=other",
+            "focal-length",
+        ),
+        (
+            "--lens-metadata @t.json --lens-attribute focus=other",
+            "--lens-metadata plate",
+        ),
+    ] {
+        must_refuse_options(folder, &format!("{line} {options}"), &[word]);
+    }
+}
+
+#[test]
 fn values_that_cannot_be_true_are_refused_by_file_and_field() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -300,7 +347,7 @@ fn values_that_cannot_be_true_are_refused_by_file_and_field() {
 fn frames_without_a_value_are_interpolated_if_they_are_few() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_shot(folder, true);
+    write_shot(folder);
     write_animation(folder);
     for frame in [1005, 1006] {
         write_with(&folder.join(format!("plate.{frame}.exr")), None, &[]);

@@ -95,33 +95,41 @@ impl Animation {
     /// Returns the value of `name` at `frame`, interpolated between frames that have one, and constant before the first
     /// and after the last. `None` if no frame has one.
     pub fn value(&self, name: &str, frame: i64, interpolation: Interpolation) -> Option<f64> {
-        let curve = self.curves.get(name)?;
-        let before = curve.range(..=frame).next_back();
-        let after = curve.range(frame..).next();
-        let ((from, a), (to, b)) = match (before, after) {
-            (Some(before), Some(after)) => (before, after),
-            (Some(only), None) | (None, Some(only)) => (only, only),
-            (None, None) => return None,
-        };
-        if from == to || a == b {
-            return Some(*a);
-        }
-        // In floats, because the difference of two frame numbers may exceed an i64.
-        let share = (frame as f64 - *from as f64) / (*to as f64 - *from as f64);
-        let mix = |a: f64, b: f64| {
-            let mixed = a + share * (b - a);
-            // The difference of infinite values is no number, their weighted sum is.
-            if mixed.is_nan() {
-                (1.0 - share) * a + share * b
-            } else {
-                mixed
-            }
-        };
-        Some(match interpolation {
-            Interpolation::Linear => mix(*a, *b),
-            Interpolation::Reciprocal => 1.0 / mix(1.0 / a, 1.0 / b),
-        })
+        interpolate(self.curves.get(name)?, frame, interpolation)
     }
+}
+
+/// Returns the value at `frame` of values by frame, as [`Animation::value`] does.
+pub(crate) fn interpolate(
+    curve: &BTreeMap<i64, f64>,
+    frame: i64,
+    interpolation: Interpolation,
+) -> Option<f64> {
+    let before = curve.range(..=frame).next_back();
+    let after = curve.range(frame..).next();
+    let ((from, a), (to, b)) = match (before, after) {
+        (Some(before), Some(after)) => (before, after),
+        (Some(only), None) | (None, Some(only)) => (only, only),
+        (None, None) => return None,
+    };
+    if from == to || a == b {
+        return Some(*a);
+    }
+    // In floats, because the difference of two frame numbers may exceed an i64.
+    let share = (frame as f64 - *from as f64) / (*to as f64 - *from as f64);
+    let mix = |a: f64, b: f64| {
+        let mixed = a + share * (b - a);
+        // The difference of infinite values is no number, their weighted sum is.
+        if mixed.is_nan() {
+            (1.0 - share) * a + share * b
+        } else {
+            mixed
+        }
+    };
+    Some(match interpolation {
+        Interpolation::Linear => mix(*a, *b),
+        Interpolation::Reciprocal => 1.0 / mix(1.0 / a, 1.0 / b),
+    })
 }
 
 /// A value of a frame.

@@ -37,6 +37,7 @@
 
 pub mod animation;
 pub mod atomic;
+pub mod depth_name;
 pub mod description;
 pub mod edge_set;
 pub mod error;

@@ -45,6 +45,7 @@ pub fn anamorphic_lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
         focus_distance: ObjectDistance::Metres(FOCUS_M),
         wavelength_nm: wavelengths_nm(),
         squeeze: Some(SQUEEZE),
+        ..Camera::default()
     };
     let channels = (0..CHANNELS.len()).map(|index| channel(index, width_px));
     let channels = channels.collect();

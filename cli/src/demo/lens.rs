@@ -59,7 +59,7 @@ pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
         f_number: Some(F_NUMBER),
         focus_distance: ObjectDistance::Metres(FOCUS_M),
         wavelength_nm: wavelengths_nm(),
-        squeeze: None,
+        ..Camera::default()
     };
     let channels = channels.collect();
     Ok(profile(frame, width_px, camera, channels))

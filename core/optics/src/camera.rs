@@ -23,6 +23,10 @@ pub struct Camera {
     /// Squeeze of an anamorphic lens: the width of a thing over its height, divided by that of its image; 2 for a 2x lens,
     /// 1 for a spherical one.
     pub squeeze: Option<f64>,
+    /// Name of the lens, by which a shot's lens is compared with it.
+    pub lens_model: Option<String>,
+    /// Serial number of the lens.
+    pub lens_serial_number: Option<String>,
 }
 
 impl Default for Camera {
@@ -33,6 +37,8 @@ impl Default for Camera {
             focus_distance: ObjectDistance::Unknown,
             wavelength_nm: BTreeMap::new(),
             squeeze: None,
+            lens_model: None,
+            lens_serial_number: None,
         }
     }
 }

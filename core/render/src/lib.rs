@@ -53,8 +53,8 @@ pub use adjusted_lens::{AdjustedLens, MAX_AMOUNT};
 pub use bloom::Bloom;
 pub use clamped_lens::ClampedLens;
 pub use depth::{
-    CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthProblem, DepthReading,
-    FocusControls, FocusRemap, LensDistances, MAX_MULTIPLIER, PlateExtent, Severity,
+    CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthPlace, DepthProblem,
+    DepthReading, FocusControls, FocusRemap, LensDistances, MAX_MULTIPLIER, PlateExtent, Severity,
     focus_vergence,
 };
 pub use edge_replication::EdgeReplicatingRenderer;

@@ -313,7 +313,7 @@ impl Lens {
             f_number: Some(self.f_number),
             focus_distance: ObjectDistance::Metres(self.focus_m),
             wavelength_nm,
-            squeeze: None,
+            ..Camera::default()
         }
     }
 }

@@ -4,7 +4,7 @@ use std::ffi::CString;
 
 use seidel_optics::library;
 
-use super::{Answer, check_lens, enabled, guess_depth, persistent_message};
+use super::{Answer, check_lens, enabled, guess_depth, persistent_message, show_lens_data};
 use crate::clips::DEPTH;
 use crate::host::{Call, ParameterValue, Result};
 use crate::knobs::{Knobs, focus, lens, remove};
@@ -37,6 +37,9 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     }
     if by_user && call.arguments.equals(NAME, remove::CHECK_LENS.name) {
         check_lens::check(call);
+    }
+    if by_user && call.arguments.equals(NAME, lens::SHOW_DATA.name) {
+        show_lens_data::show(call);
     }
     let is_clip = call.arguments.equals(TYPE, TYPE_CLIP);
     if by_user && is_clip && call.arguments.equals(NAME, DEPTH) {

@@ -64,7 +64,7 @@ fn settings_as_far_as_valid(knobs: &Knobs) -> Settings {
 }
 
 /// Returns the states of the node's own knobs, and that of Grain, which depends on one of them.
-fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 21] {
+fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 23] {
     let mode = case.mode;
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
@@ -73,6 +73,7 @@ fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 21] {
     let math = knobs.choice(&depth::MATH);
     let has_rays = (case.look_lens).is_none_or(|lens| lens.predictor().has_rays());
     let has_look = has_rays && mode != Mode::Remove;
+    let has_data = !knobs.text(&lens::DATA).trim().is_empty();
     let removes_all = mode == Mode::Remove && !knobs.is_on(&remove::ONLY_CHROMA);
     [
         (
@@ -87,6 +88,8 @@ fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 21] {
             &lens::TO_PROFILE,
             mode == Mode::Relens && from_file(&lens::TO_LENS),
         ),
+        (&lens::DATA_START, has_data),
+        (&lens::SHOW_DATA, has_data),
         (&depth::CHANNEL, uses_depth),
         (&depth::MATH, uses_depth),
         (&depth::UNIT, uses_depth && !depth::is_direct(math)),

@@ -38,7 +38,7 @@ fn result(call: &Call) -> Result<Option<String>> {
     let Some(pass) = prepared.pass() else {
         return Ok(None);
     };
-    let findings = session.depth_findings(&prepared, &geometry, None)?;
+    let findings = session.depth_findings(&prepared, &geometry, &[], None)?;
     let inverted = findings.iter().find(|finding| {
         finding.severity == Severity::Warning
             && matches!(finding.problem, DepthProblem::Inverted { .. })

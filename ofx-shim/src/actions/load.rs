@@ -4,7 +4,7 @@ use crate::host;
 use crate::rendering::forget_results;
 use crate::sys::OfxStatus;
 use crate::sys::plugin::{STATUS_ERR_MISSING_HOST_FEATURE, STATUS_OK};
-use crate::{colour, lens, threads};
+use crate::{colour, lens, lens_data, threads};
 
 /// Fetches the host's suites.
 pub(super) fn load() -> OfxStatus {
@@ -20,6 +20,7 @@ pub(super) fn unload() -> OfxStatus {
     if host::unload() {
         forget_results();
         lens::clear();
+        lens_data::clear();
         colour::clear();
         threads::end();
     }
@@ -30,6 +31,7 @@ pub(super) fn unload() -> OfxStatus {
 pub(super) fn purge_caches() {
     forget_results();
     lens::clear();
+    lens_data::clear();
     colour::clear();
     threads::end_if_idle();
 }

@@ -14,6 +14,7 @@ mod preferences;
 mod region_of_definition;
 mod regions_of_interest;
 mod render;
+mod show_lens_data;
 
 use std::ffi::CStr;
 

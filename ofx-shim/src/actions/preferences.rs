@@ -5,6 +5,7 @@ use std::ffi::CStr;
 use super::Answer;
 use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK};
 use crate::host::{Call, Clip, Result};
+use crate::knobs::{Knobs, lens};
 use crate::sys::clip::{ALPHA, PREMULTIPLICATION, RGB, RGBA};
 use crate::sys::effect::{CLIP_SOURCE, COLOURSPACE, FRAME_VARYING};
 
@@ -70,7 +71,12 @@ pub(super) fn preferences(call: &Call) -> Result<Answer> {
     }
     call.answers
         .set_string(COLOURS_SOURCE, 0, c"ofx_scene_linear");
-    call.answers.set_int(FRAME_VARYING, 0, 0);
+    // A table or frames on disk change the result where no parameter does.
+    let has_data = !Knobs::at(&call.effect, 0.0)
+        .text(&lens::DATA)
+        .trim()
+        .is_empty();
+    (call.answers).set_int(FRAME_VARYING, 0, i32::from(has_data));
     Ok(Answer::Done)
 }
 

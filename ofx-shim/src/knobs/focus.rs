@@ -14,7 +14,7 @@ pub(crate) const AT_DEPTH: i32 = 2;
 pub(crate) static FOCUS: Knob = Knob {
     name: c"focus",
     label: c"Focus",
-    hint: c"As Measured: the focus distance at which the lens was measured. Focus Distance: a distance in metres. Focus Plane (C): a value of the depth pass.",
+    hint: c"As Measured: the focus distance that Lens Data states, else that at which the lens was measured. Focus Distance: a distance in metres. Focus Plane (C): a value of the depth pass.",
     kind: Kind::Choice {
         default: AS_MEASURED,
         options: &[c"As Measured", c"Focus Distance", c"Focus Plane (C)"],

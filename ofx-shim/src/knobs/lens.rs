@@ -83,6 +83,27 @@ pub(crate) static TO_PROFILE: Knob = Knob {
     kind: Kind::File,
 };
 
+pub(crate) static DATA: Knob = Knob {
+    name: c"lensData",
+    label: c"Lens Data",
+    hint: c"Sets focus distance, f-number, focal length and film back from what the shot knows, where their knobs are as measured or 0: OpenEXR frames by a pattern such as plate.####.exr, whose attributes are read, or a table of the shot (OpenTrackIO, ARRI, RED, Sony, Canon, Blackmagic). Distances in scene units are in the unit of the depth pass.",
+    kind: Kind::File,
+};
+
+pub(crate) static DATA_START: Knob = Knob {
+    name: c"lensDataStart",
+    label: c"Lens Data Start",
+    hint: c"Frame of the first row of the table. Empty: the table's own frame numbers.",
+    kind: Kind::Text,
+};
+
+pub(crate) static SHOW_DATA: Knob = Knob {
+    name: c"showLensData",
+    label: c"Show Lens Data",
+    hint: c"Lists what Lens Data sets at this frame, with the source of each value.",
+    kind: Kind::Button,
+};
+
 /// A factor on the strength of the blur of one channel.
 const fn scale(name: &'static CStr, label: &'static CStr, hint: &'static CStr) -> Knob {
     Knob {
@@ -152,6 +173,9 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&RELOADS),
         Own::first(&TO_LENS),
         Own::first(&TO_PROFILE),
+        Own::first(&DATA),
+        Own::first(&DATA_START),
+        Own::first(&SHOW_DATA),
         Own::after("amount", &RED_SCALE),
         Own::after("amount", &GREEN_SCALE),
         Own::after("amount", &BLUE_SCALE),

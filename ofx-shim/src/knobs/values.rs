@@ -22,6 +22,11 @@ impl<'h> Knobs<'h> {
         }
     }
 
+    /// Returns the number of the frame.
+    pub(crate) fn frame(&self) -> i64 {
+        self.time.round() as i64
+    }
+
     /// Returns a number, clamped to its range.
     pub(crate) fn number(&self, knob: &Knob) -> f64 {
         let Kind::Number { default, range, .. } = knob.kind else {

@@ -36,6 +36,7 @@ pub(super) fn profile(design: &Design) -> Result<LensProfile, String> {
             focus_distance: ObjectDistance::Metres(design.focus_m),
             wavelength_nm: CHANNELS.map(|(name, wave)| (name.to_owned(), wave)).into(),
             squeeze: design.squeeze,
+            ..Camera::default()
         },
         description: LensDescription::Pupil(channels),
         held_out: None,

@@ -33,6 +33,7 @@ const ALLOWED: [(&str, &[&str]); 22] = [
         &[
             "seidel-colour",
             "seidel-core",
+            "seidel-image-io",
             "seidel-ofx-host",
             "seidel-optics",
             "seidel-plugin",

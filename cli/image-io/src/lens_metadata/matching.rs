@@ -25,8 +25,7 @@ pub struct FrameMatch<'s> {
     pub rule: String,
 }
 
-const REMEDY: &str =
-    "give the table of this shot, or the frame of its first row by --lens-metadata-start";
+const REMEDY: &str = "give the table of this shot, or the frame of its first row (--lens-metadata-start; in a host, Lens Data Start)";
 
 /// Matches `frames` with the records of `sidecar`: by the number of its first row if `start` is given, else by time code,
 /// else by frame number, else in order. In order needs a table that counts from 0 or 1 and has as many frames.

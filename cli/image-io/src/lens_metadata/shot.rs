@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::plausibility::Optics;
 use super::record::{FrameRecord, Quantity, Reading, UnitSource};
+use crate::animation::{Interpolation, interpolate};
 use crate::error::{FileError, Result};
 
 /// Largest relative difference of two values that agree. Focal lengths of one lens differ by its breathing and its
@@ -60,6 +61,15 @@ impl Column {
         let mut values = self.values.values();
         let first = values.next();
         values.all(|value| Some(value) == first)
+    }
+
+    /// Returns the value at a frame, interpolated between frames that have one: distances by their reciprocals.
+    pub fn value(&self, frame: i64) -> Option<f64> {
+        let interpolation = match self.quantity {
+            Quantity::Focus => Interpolation::Reciprocal,
+            _ => Interpolation::Linear,
+        };
+        interpolate(&self.values, frame, interpolation)
     }
 
     /// Describes value, source and range in a line.

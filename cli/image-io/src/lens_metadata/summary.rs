@@ -91,7 +91,8 @@ pub fn range_lines(records: &[FrameRecord]) -> Vec<String> {
             UnitSource::Scene => " (scene units)",
             _ => "",
         };
-        let missing = match records.len() - readings.len() {
+        // A table may hold a column twice.
+        let missing = match records.len().saturating_sub(readings.len()) {
             0 => String::new(),
             count => format!(", missing in {count}"),
         };

@@ -303,3 +303,14 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn a_table_with_a_column_twice_is_described() {
+    let table = opened(&RED.replace("Timestamp", "Aperture")).expect("a table");
+    let lines = range_lines(table.records());
+    assert!(!lines.is_empty());
+    let record = &table.records()[0];
+    let mut twice = record.clone();
+    twice.readings.extend(record.readings.clone());
+    assert!(range_lines(&[twice])[0].contains("first frame"));
+}

@@ -38,6 +38,8 @@ struct CameraKeys {
     #[serde(default)]
     wavelength_nm: BTreeMap<String, f64>,
     squeeze: Option<f64>,
+    lens_model: Option<String>,
+    lens_serial_number: Option<String>,
 }
 
 /// The entry of the set as a whole.
@@ -145,5 +147,7 @@ fn camera(keys: Map<String, Value>, faults: &mut Faults) -> Option<Camera> {
         squeeze: faults.positive("camera.squeeze", keys.squeeze, "a number"),
         // Their range is checked with the rest of the set.
         wavelength_nm: keys.wavelength_nm,
+        lens_model: keys.lens_model,
+        lens_serial_number: keys.lens_serial_number,
     })
 }

@@ -142,6 +142,8 @@ fn camera(camera: &Camera) -> Value {
         "f_number": camera.f_number,
         "wavelength_nm": (!wavelengths.is_empty()).then_some(wavelengths),
         "squeeze": camera.squeeze,
+        "lens_model": camera.lens_model,
+        "lens_serial_number": camera.lens_serial_number,
     }));
     with_distance(entry, "focus_distance_m", camera.focus_distance)
 }

@@ -8,6 +8,7 @@ use seidel_core::{DepthConvention, DepthMeaning, DepthReading, Lens, ObjectDista
 use super::depth_unit::DepthUnitArgs;
 use super::{SettingsRecord, channel_parser, setting};
 use crate::commands::{CommandError, parse_distance};
+use seidel_image_io::depth_name::NamedDepth;
 use seidel_image_io::error::FileError;
 use seidel_image_io::image_channel::ChannelSpec;
 
@@ -132,6 +133,30 @@ impl DepthArgs {
         )
         .into())
     }
+}
+
+/// Returns a note if the name of a channel contradicts the `meaning` of its samples; it continues the name of the pass.
+pub(super) fn name_note(channel: &str, meaning: DepthMeaning) -> Option<String> {
+    let is_normalised = matches!(
+        meaning.convention,
+        DepthConvention::FarOne { .. } | DepthConvention::FarZero { .. }
+    );
+    let (what, remedy) = match NamedDepth::of(channel)? {
+        NamedDepth::AlongRay if meaning.along_ray.is_none() => (
+            "runs along the ray from the camera",
+            "give --along-ray F, the focal length of the camera in pixels",
+        ),
+        NamedDepth::Filtered => (
+            "is filtered, which puts objects between surfaces",
+            "take an unfiltered pass",
+        ),
+        NamedDepth::Normalised if !is_normalised => (
+            "is a share of a range",
+            "give --depth-kind far-one or far-zero with --near and --far",
+        ),
+        NamedDepth::AlongRay | NamedDepth::Normalised => return None,
+    };
+    Some(format!("{what}, by its name: {remedy}"))
 }
 
 /// Returns notes on the range of a depth pass and on its unusual pixels; each continues the name of the pass.

@@ -13,8 +13,8 @@ use crate::Console;
 use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_metadata::{
-    Column, FrameRecord, Quantity, ShotFrame, ShotRecord, ShotUse, Sidecar, columns, knowledge,
-    match_frames, of_exr_header, time_code,
+    Column, FrameRecord, NamedAttribute, Quantity, ShotFrame, ShotRecord, ShotUse, Sidecar,
+    columns, identity_note, knowledge, match_frames, of_exr_header, time_code,
 };
 use seidel_image_io::sequence::FramePattern;
 
@@ -82,8 +82,15 @@ impl PlateReader<'_> {
         let Some(source) = &self.args.lens.metadata.source else {
             return Ok(None);
         };
+        let named = &self.args.lens.metadata.lens_attribute;
         let (records, rule) = match source {
-            LensSource::Plate => (plate_records(run.inputs())?, String::new()),
+            LensSource::Plate => (plate_records(run.inputs(), named)?, String::new()),
+            LensSource::Table(_) if !named.is_empty() => {
+                return Err(CommandError::Usage(
+                    "--lens-attribute names attributes of plates; give --lens-metadata plate"
+                        .to_owned(),
+                ));
+            }
             LensSource::Table(path) => {
                 let start = self.args.lens.metadata.lens_metadata_start;
                 table_records(path, run.inputs(), start, notes)?
@@ -113,7 +120,8 @@ impl PlateReader<'_> {
             return Ok(None);
         };
         notes.extend(first.record.notes.iter().cloned());
-        notes.extend(identity_note(&first.record));
+        let camera = &self.base_session().lens().profile().camera;
+        notes.extend(identity_note(&first.record, camera));
         notes.extend(measured.and_then(|measured| scaling_note(&found.columns, measured)));
         let is_overridden = |quantity: &Quantity| {
             self.overriding(*quantity).is_some() && stated(records, *quantity).is_some()
@@ -211,24 +219,17 @@ fn nothing_stated(file: &Path, notes: &[String]) -> FileError {
     )
 }
 
-/// Returns a note on the lens that took the shot, to compare with the profile.
-fn identity_note(record: &FrameRecord) -> Option<String> {
-    let words = ["lens make", "lens model", "lens serial number"];
-    let parts = words.iter().filter_map(|name| {
-        let text = record.identity.get(name)?;
-        Some(match *name {
-            "lens serial number" => format!("serial number {text}"),
-            _ => text.clone(),
-        })
-    });
-    let parts: Vec<String> = parts.collect();
-    (!parts.is_empty()).then(|| format!("lens of the shot: {}", parts.join(", ")))
-}
-
 /// Reads the attributes of all plates. Those that cannot be read are reported when they are rendered.
-fn plate_records(inputs: &[(Option<i64>, PathBuf)]) -> Result<Vec<ShotRecord>, FileError> {
+/// The attributes `named` come before all others.
+///
+/// # Errors
+/// Plates of which none can be read, and a named attribute that none has.
+fn plate_records(
+    inputs: &[(Option<i64>, PathBuf)],
+    named: &[NamedAttribute],
+) -> Result<Vec<ShotRecord>, FileError> {
     let read = inputs.par_iter().map(|(number, path)| {
-        let record = of_exr_header(path)?.ok_or_else(|| {
+        let mut record = of_exr_header(path)?.ok_or_else(|| {
             FileError::new(
                 path,
                 "lens metadata",
@@ -236,10 +237,16 @@ fn plate_records(inputs: &[(Option<i64>, PathBuf)]) -> Result<Vec<ShotRecord>, F
                 "give EXR files, or a table of the shot by --lens-metadata FILE",
             )
         })?;
+        NamedAttribute::read_all(named, path, &mut record)?;
         Ok(shot_record(*number, path, record))
     });
     let read: Vec<Result<ShotRecord, FileError>> = read.collect();
-    keep_read(read)
+    let records = keep_read(read)?;
+    if let Some(first) = records.first() {
+        let all = records.iter().map(|shot| &shot.record);
+        NamedAttribute::check_found(named, all, &first.file)?;
+    }
+    Ok(records)
 }
 
 fn shot_record(number: Option<i64>, file: &Path, record: FrameRecord) -> ShotRecord {

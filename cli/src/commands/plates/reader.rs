@@ -259,7 +259,7 @@ impl<'a> PlateReader<'a> {
         let image = (self.args.plate).image(&plate, colour.as_ref(), &mut warnings)?;
         let lens = self.frame_lens(frame.number, &mut warnings)?;
         let geometry = self.geometry(&plate, &lens)?;
-        let depth = self.read_depth(
+        let (depth, source) = self.read_depth(
             &plate,
             &geometry,
             frame.read.depth.as_ref(),
@@ -270,6 +270,9 @@ impl<'a> PlateReader<'a> {
         let prepared = lens.session.prepare_parts(image, geometry, depth, None);
         let prepared = prepared.map_err(|e| FileError::from_core(plate.path(), e))?;
         if order == FrameOrder::First {
+            if let Some(source) = source.filter(|_| !self.args.depth.no_depth_check) {
+                warnings.extend(self.depth_doubts(&source, &prepared)?);
+            }
             warnings.extend(prepared.frame_warning());
             let focus = self.shot.as_ref().and_then(|shot| {
                 shot.focus_outside(prepared.depth().reading()?.range_m?, frame.number)

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use seidel_image_io::lens_metadata::NamedAttribute;
 use seidel_image_io::sequence::FramePattern;
 
 /// Options about the lens that a shot states.
@@ -24,6 +25,17 @@ pub(crate) struct LensMetadataArgs {
         requires = "lens_metadata"
     )]
     pub(super) lens_metadata_start: Option<i64>,
+    /// Attribute of the plates that states a quantity under a name of its own, for --lens-metadata plate
+    ///
+    /// Such as focus=com.studio.focus:mm. The quantities are focus, f-number, focal-length and film-back; the units m, cm, mm, in and ft, and T
+    /// for a T-number. Without a unit a focus is in metres and a length in millimetres, unless the text names one. `seidel info` lists the
+    /// attributes of a file. Can be given several times.
+    #[arg(
+        long = "lens-attribute",
+        value_name = "QUANTITY=NAME[:UNIT]",
+        requires = "lens_metadata"
+    )]
+    pub(super) lens_attribute: Vec<NamedAttribute>,
 }
 
 /// A source of settings of the lens.

@@ -1,13 +1,14 @@
 //! The images read beside a plate: its depth, holdout and background.
 
-use std::path::Path;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use seidel_core::{
     Background, Depth, DepthPass, Error, HoldoutMatte, LensSession, ObjectDistance, PlateGeometry,
-    PreparedBackground, PreparedDepth,
+    PreparedBackground, PreparedDepth, PreparedPlate,
 };
 
-use super::depth::{FrameOrder, describe};
+use super::depth::{FrameOrder, describe, name_note};
 use super::depth_check::check_depth;
 use super::{LoadedPlate, PlateReader, SideInputs};
 use crate::commands::CommandError;
@@ -15,8 +16,28 @@ use seidel_image_io::error::FileError;
 use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 use seidel_image_io::plate::PlateFile;
 
+/// The place of a depth pass.
+pub(super) struct DepthSource {
+    file: PathBuf,
+    channel: String,
+}
+
+impl DepthSource {
+    fn error(&self, error: Error) -> FileError {
+        FileError::from_core(
+            &self.file,
+            error.within(&format!("channel {}", self.channel)),
+        )
+    }
+
+    fn note(&self, note: impl Display) -> String {
+        format!("depth {}:{} {note}", self.file.display(), self.channel)
+    }
+}
+
 impl PlateReader<'_> {
-    /// Reads the depth of `plate` for the lens of `session`: from `file`, or else from the plate. Adds to `warnings`.
+    /// Reads the depth of `plate` for the lens of `session`: from `file`, or else from the plate. Returns the place of the pass
+    /// too, if it is one. Adds to `warnings`.
     pub(super) fn read_depth(
         &self,
         plate: &PlateFile,
@@ -25,31 +46,43 @@ impl PlateReader<'_> {
         session: &LensSession,
         order: FrameOrder,
         warnings: &mut Vec<String>,
-    ) -> Result<PreparedDepth, CommandError> {
+    ) -> Result<(PreparedDepth, Option<DepthSource>), CommandError> {
         let options = &self.args.depth;
         let prepare = |depth| PreparedDepth::new(session, geometry, depth);
         let is_flat = !session.lens().predictor().depends_on_depth();
         let distance = (options.distance).or(is_flat.then_some(ObjectDistance::Unknown));
         if let Some(distance) = distance {
-            return Ok(prepare(Depth::Distance(distance))?);
+            return Ok((prepare(Depth::Distance(distance))?, None));
         }
         let remedy = "the lens's blur depends on depth: give --depth FILE or --distance METRES";
         let pass = read_pass(plate, file, remedy)?;
         if file.is_none() && order == FrameOrder::First {
             warnings.extend(plate.other_depths_note());
         }
-        let in_pass = |e: Error| {
-            FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
-        };
         let depth = prepare(Depth::Pass(self.fit_pass(&pass, plate, warnings)?));
-        let depth = depth.map_err(in_pass)?;
-        let mut notes = depth.reading().map_or_else(Vec::new, describe);
-        if order == FrameOrder::First && !options.no_depth_check {
-            notes.extend(check_depth(&depth, plate, geometry, session).map_err(in_pass)?);
-        }
-        let name = format!("depth {}:{}", pass.file.display(), pass.channel);
-        warnings.extend(notes.iter().map(|note| format!("{name} {note}")));
-        Ok(depth)
+        let source = DepthSource {
+            file: pass.file,
+            channel: pass.channel,
+        };
+        let depth = depth.map_err(|e| source.error(e))?;
+        let notes = depth.reading().map_or_else(Vec::new, describe);
+        warnings.extend(notes.into_iter().map(|note| source.note(note)));
+        Ok((depth, Some(source)))
+    }
+
+    /// Returns doubts about the depth pass from `source` with which `plate` is prepared.
+    ///
+    /// # Errors
+    /// A perspective that is not valid.
+    pub(super) fn depth_doubts(
+        &self,
+        source: &DepthSource,
+        plate: &PreparedPlate,
+    ) -> Result<Vec<String>, FileError> {
+        let doubts = check_depth(plate).map_err(|e| source.error(e))?;
+        let of_name = name_note(&source.channel, self.depth_meaning);
+        let notes = of_name.into_iter().chain(doubts);
+        Ok(notes.map(|note| source.note(note)).collect())
     }
 
     /// Reads holdout and background from `files` and adds them to the plate `loaded`, warnings included.

@@ -6,7 +6,7 @@ mod focus_range;
 
 pub(crate) use check::distance_span;
 pub use check::{
-    CameraPerspective, DepthCheck, DepthFinding, DepthProblem, LensDistances, Severity,
+    CameraPerspective, DepthCheck, DepthFinding, DepthPlace, DepthProblem, LensDistances, Severity,
 };
 pub use convention::{DepthConvention, DepthReading};
 pub use focus_range::{FocusControls, FocusRemap, MAX_MULTIPLIER, PlateExtent, focus_vergence};

@@ -103,6 +103,12 @@ struct CameraFile {
     /// Squeeze of an anamorphic lens: 2 for a 2x lens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     squeeze: Option<f64>,
+    /// Name of the lens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lens_model: Option<String>,
+    /// Serial number of the lens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lens_serial_number: Option<String>,
 }
 
 /// Deserialises a present key: `null` becomes `Some(None)`, while a missing key stays `None` by `default`.
@@ -214,6 +220,8 @@ fn profile<C>(
             focus_distance: distance("camera.focus_distance_m", file.camera.focus_distance_m)?,
             wavelength_nm: file.camera.wavelength_nm,
             squeeze: positive("camera.squeeze", file.camera.squeeze)?,
+            lens_model: file.camera.lens_model,
+            lens_serial_number: file.camera.lens_serial_number,
         },
         description: description(file.channels)?,
         held_out: file.held_out.map(HeldOutFile::held_out).transpose()?,
@@ -251,6 +259,8 @@ fn write_kind<C: Serialize>(profile: &LensProfile, kind: Kind, channels: Vec<C>)
             focus_distance_m: optional_metres(profile.camera.focus_distance),
             wavelength_nm: profile.camera.wavelength_nm.clone(),
             squeeze: profile.camera.squeeze,
+            lens_model: profile.camera.lens_model.clone(),
+            lens_serial_number: profile.camera.lens_serial_number.clone(),
         },
         channels,
         held_out: profile.held_out.as_ref().map(HeldOutFile::new),

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::super::DepthConvention;
+use super::picture::DepthPlace;
 
 /// The certainty of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,6 +78,17 @@ pub enum DepthProblem {
         /// Share of them whose depth is the surface's depth times its coverage.
         share: f64,
     },
+    /// Edges of depth lie on those of the picture in another place only.
+    Misplaced {
+        /// That place.
+        place: DepthPlace,
+        /// Edge pixels of depth examined.
+        edges: usize,
+        /// Mean rank of the picture's gradient over them as stated, 0 to 1: 1/2 by chance.
+        stated: f64,
+        /// The same in that place.
+        best: f64,
+    },
     /// Depth has at most 256 levels, and surfaces show them as steps.
     Quantised {
         /// Distinct values in the pass.
@@ -139,6 +151,17 @@ impl fmt::Display for DepthProblem {
                 f,
                 "depth seems multiplied by coverage, or filtered against zero: on {:.0} % of {pixels} edge pixels it is a fraction of the surface's depth",
                 100.0 * share
+            ),
+            Self::Misplaced {
+                place,
+                edges,
+                stated,
+                best,
+            } => write!(
+                f,
+                "its edges lie on those of the picture only {place}: there {edges} edge pixels rank {:.0} of 100 by the picture's gradient, as they are {:.0}",
+                100.0 * best,
+                100.0 * stated
             ),
             Self::Quantised { levels } => write!(
                 f,

@@ -6,6 +6,7 @@
 mod edges;
 mod finding;
 mod patches;
+mod picture;
 mod planes;
 #[cfg(test)]
 mod scenes;
@@ -15,6 +16,7 @@ mod values;
 
 pub(crate) use finding::distance_span;
 pub use finding::{DepthFinding, DepthProblem, Severity};
+pub use picture::DepthPlace;
 
 use super::DepthConvention;
 use seidel_optics::error::{Error, Result};
@@ -33,6 +35,8 @@ pub struct DepthCheck<'a> {
     pub height: usize,
     /// The convention that the user states.
     pub convention: DepthConvention,
+    /// The colours of the plate, premultiplied and linear in light; none if they are not known.
+    pub colours: &'a [Vec<f32>],
     /// The plate's alpha, if any.
     pub alpha: Option<&'a [f32]>,
     /// The camera's perspective.
@@ -79,6 +83,7 @@ impl DepthCheck<'_> {
             .or_else(|| values::unit(self));
         findings.extend(meaning);
         findings.extend(edges::filtered(self));
+        findings.extend(picture::misplaced(self));
         findings.extend(values::quantised(self));
         findings.sort_by_key(|f| f.severity != Severity::Warning);
         Ok(findings)
@@ -86,19 +91,17 @@ impl DepthCheck<'_> {
 
     fn check(&self) -> Result<()> {
         let pixels = self.width * self.height;
-        let sizes = [
-            Some(self.samples.len()),
-            Some(self.vergence.len()),
-            self.alpha.map(<[f32]>::len),
-        ];
-        if pixels == 0 || sizes.into_iter().flatten().any(|size| size != pixels) {
+        let sizes = [self.samples.len(), self.vergence.len()].into_iter();
+        let sizes = sizes.chain(self.alpha.map(<[f32]>::len));
+        let mut sizes = sizes.chain(self.colours.iter().map(Vec::len));
+        if pixels == 0 || sizes.any(|size| size != pixels) {
             return Err(Error::new(
                 "depth check",
                 format!(
                     "has planes that do not hold {} x {} samples",
                     self.width, self.height
                 ),
-                "give depth, vergence and alpha of one size",
+                "give depth, vergence, colours and alpha of one size",
             ));
         }
         let CameraPerspective { axis, focal_px, .. } = self.view;

@@ -36,6 +36,7 @@ fn findings(made: &TestPass, focal_px: Option<f64>) -> Vec<DepthFinding> {
         width: SIZE.0,
         height: SIZE.1,
         convention: made.convention,
+        colours: &[],
         alpha: made.alpha.as_deref(),
         view: CameraPerspective {
             axis: TestScene::axis(),
@@ -183,6 +184,7 @@ fn name(problem: &DepthProblem) -> &'static str {
         DepthProblem::OffTheLens { .. } => "off the lens",
         DepthProblem::Normalised { .. } => "normalised",
         DepthProblem::Premultiplied { .. } => "premultiplied",
+        DepthProblem::Misplaced { .. } => "misplaced",
         DepthProblem::Quantised { .. } => "quantised",
         DepthProblem::Constant { .. } => "constant",
         DepthProblem::Empty { .. } => "empty",
@@ -403,6 +405,7 @@ fn empty_passes_are_found_and_wrong_sizes_refused() {
         width: SIZE.0,
         height: SIZE.1,
         convention: METRES,
+        colours: &[],
         alpha: None,
         view: CameraPerspective {
             axis: TestScene::axis(),

@@ -316,6 +316,7 @@ mod tests {
             convention: DepthConvention::Distance {
                 metres_per_unit: 1.0,
             },
+            colours: &[],
             alpha: None,
             view: CameraPerspective {
                 axis: ImagePoint::new(5.0, 5.0),
