@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use seidel_optics::mosaic::Mosaic;
 
+use crate::description::Description;
 use crate::photograph::{ColourFilter, PhotographOptions, Precision, encode_lossless, read};
 use crate::samples::Encoding;
 
@@ -326,6 +327,23 @@ fn the_primary_image_is_read_beside_a_larger_enhanced_one() {
     let photograph = read(&put(folder.path(), "enhanced.dng", &bytes), &none).expect("valid");
     assert_eq!((photograph.width, photograph.height), (WIDTH, HEIGHT));
     assert!(photograph.mosaic.is_some());
+}
+
+#[test]
+fn camera_raw_is_no_plate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let samples = samples();
+    // A mosaic, and a preview in the first place.
+    let preview = Dng::new(&samples).set(262, 3, vec![1]);
+    for (name, bytes) in [
+        ("mosaic.dng", Dng::new(&samples).bytes()),
+        ("preview.dng", preview.bytes()),
+        ("preview.tif", preview.bytes()),
+    ] {
+        let path = put(folder.path(), name, &bytes);
+        let text = Description::read(&path).expect_err("raw").to_string();
+        assert!(text.contains("seidel measure"), "{name}: {text}");
+    }
 }
 
 #[test]

@@ -21,6 +21,9 @@ pub(super) const MODEL_ERROR: f64 = 2e-3;
 const PICTURE_ERROR: f64 = 1e-3;
 /// Share of the progress taken by the search for lights.
 pub(super) const LIGHTS_SHARE: f64 = 0.2;
+/// Noise that is assumed, over the estimate: noise taken for detail is amplified, while too much assumed noise costs little
+/// detail.
+const ASSUMED_NOISE: f64 = 1.1;
 /// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical
 /// sample. Unlike noise the error has one sign over many samples: larger ones darken the ground about faint lights.
 const LARGEST_LIGHT_ERROR: f64 = 0.7;
@@ -275,7 +278,8 @@ impl Deconvolver {
             .collect();
         let filled = fill_holes(rest, plate.scene.width, &known);
         let extended = canvas.extend_by_mirroring(&filled);
-        let noise_model = NoiseModel::new(&extended, noise, plate.variant.picture_error);
+        let assumed = self.noise.unwrap_or(ASSUMED_NOISE * noise);
+        let noise_model = NoiseModel::new(&extended, assumed, plate.variant.picture_error);
         let errors = canvas.embed(0.0, |k| lights.error[k]);
         let mut weights =
             noise_model.weights(&extended, &errors, &canvas.embed(false, |k| known[k]));
@@ -289,7 +293,7 @@ impl Deconvolver {
             canvas,
             operator,
             weights,
-            noise,
+            noise: assumed,
             least_noise,
             deviation: noise_model.deviation(),
             iterations: self.iterations,

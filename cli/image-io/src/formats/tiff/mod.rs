@@ -46,11 +46,24 @@ pub(crate) const FORMAT: Format = Format {
     },
 };
 
+/// The tag of camera raw files.
+const DNG_VERSION: Tag = Tag::Unknown(50706);
+const DNG: &str = "camera raw: DNG";
+const DNG_REMEDY: &str = "develop it to linear OpenEXR or TIFF; `seidel measure` reads it as it is";
+
+fn is_named_dng(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|own| own.eq_ignore_ascii_case("dng"))
+}
+
 impl ImageFormat for Tiff {
     fn read(&self, input: &InputFile) -> Result<ImageFile> {
         let refuse = |error: TiffError| match error {
             TiffError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
                 FileError::io(input.path, "be read", &error)
+            }
+            TiffError::UnsupportedError(_) if is_named_dng(input.path) => {
+                input.unsupported(DNG, DNG_REMEDY)
             }
             TiffError::UnsupportedError(what) => input.unsupported(&what.to_string(), SUPPORTED),
             error if error.to_string().contains("lzw end code") => input.unsupported(
@@ -61,6 +74,10 @@ impl ImageFormat for Tiff {
         };
         let unsupported = |feature: String| input.unsupported(&feature, SUPPORTED);
         let mut decoder = Decoder::new(BufReader::new(&input.file)).map_err(refuse)?;
+        if decoder.find_tag(DNG_VERSION).map_err(refuse)?.is_some() {
+            // Its first picture is a preview.
+            return Err(input.unsupported(DNG, DNG_REMEDY));
+        }
         let (width, height) = decoder.dimensions().map_err(refuse)?;
         let (width, height) = (width as usize, height as usize);
         let colour = decoder.colortype().map_err(refuse)?;
