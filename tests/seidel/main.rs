@@ -4,6 +4,7 @@ mod alpha_per_channel;
 mod animate;
 mod apply;
 mod bad_input;
+mod bookkeeping;
 mod c_abi;
 mod choice;
 mod colour;

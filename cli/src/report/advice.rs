@@ -23,13 +23,13 @@ pub(super) struct Advice {
 pub(super) fn advice(d: &Diagnosis) -> Vec<Advice> {
     let mut ids: Vec<&'static str> = Vec::new();
     let rivals = d.equivalents.iter().flatten();
-    let unknown = (d.verdict == Verdict::Unexplained).then_some("unknown");
+    let unknown = (d.verdict_on_effects() == Verdict::Unexplained).then_some("unknown");
     for id in d.added.iter().chain(rivals).copied().chain(unknown) {
         if !ids.contains(&id) {
             ids.push(id);
         }
     }
-    let too_simple = (d.verdict == Verdict::ModelTooSimple).then(|| model_advice(d));
+    let too_simple = (d.verdict_on_effects() == Verdict::ModelTooSimple).then(|| model_advice(d));
     let of_cause = |id: &'static str| Advice {
         id,
         title: sentence(title(id)),

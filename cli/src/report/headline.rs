@@ -49,12 +49,12 @@ fn answers(d: &Diagnosis) -> Vec<Answer> {
 }
 
 fn causes_card(d: &Diagnosis) -> String {
-    let heading = match d.verdict {
+    let heading = match d.verdict_on_effects() {
         Verdict::NoGap => "Most probable causes, if an effect were missing",
         Verdict::ModelTooSimple => "Most probable causes, if the lens had also changed",
         _ => "Most probable causes",
     };
-    let nothing = match d.verdict {
+    let nothing = match d.verdict_on_effects() {
         // The gap has a cause: the model.
         Verdict::ModelTooSimple => String::new(),
         _ => format!(

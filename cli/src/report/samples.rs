@@ -41,7 +41,7 @@ impl Gaps {
     /// Returns the gaps of the sample of `verdict`. Where nothing is added, they are the same before and after.
     fn of(verdict: Verdict) -> Self {
         let [before, after, limit, own] = match verdict {
-            Verdict::NoGap => [0.0011, 0.0011, 0.002, 0.0006],
+            Verdict::NoGap | Verdict::Bookkeeping => [0.0011, 0.0011, 0.002, 0.0006],
             Verdict::Explained => [0.0812, 0.0047, 0.003, 0.0009],
             Verdict::Ambiguous => [0.0812, 0.0021, 0.003, 0.0009],
             Verdict::Unexplained => [0.0812, 0.0447, 0.003, 0.0009],
@@ -182,7 +182,7 @@ fn cause(effect: &'static str, probability: f64, closed: f64, interval: [f64; 2]
 fn causes(verdict: Verdict) -> Vec<Cause> {
     // Vignetting, fifth order and the unknown cause: probabilities, and the closed shares of the first two.
     let ([vignetting, higher_order, unknown], [by_vignetting, by_order]) = match verdict {
-        Verdict::NoGap => ([0.36, 0.30, 0.31], [0.10, 0.08]),
+        Verdict::NoGap | Verdict::Bookkeeping => ([0.36, 0.30, 0.31], [0.10, 0.08]),
         Verdict::Explained => ([0.91, 0.05, 0.02], [0.942, 0.61]),
         Verdict::Ambiguous => ([0.55, 0.39, 0.04], [0.974, 0.96]),
         Verdict::Unexplained => ([0.05, 0.02, 0.91], [0.45, 0.21]),
@@ -255,13 +255,13 @@ fn places_left(gaps: Gaps) -> Vec<Place> {
 pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
     let gaps = Gaps::of(verdict);
     let (added, equivalents) = match verdict {
-        Verdict::NoGap | Verdict::ModelTooSimple => (vec![], vec![]),
+        Verdict::NoGap | Verdict::ModelTooSimple | Verdict::Bookkeeping => (vec![], vec![]),
         Verdict::Explained | Verdict::Unexplained => (vec!["vignetting"], vec![]),
         Verdict::Ambiguous => (vec!["vignetting"], vec![vec!["vignetting", "higher_order"]]),
     };
     // Shares of the clipping that the given and the corrected lens have in the pictures.
     let (given, corrected) = match verdict {
-        Verdict::NoGap => (0.99, 0.99),
+        Verdict::NoGap | Verdict::Bookkeeping => (0.99, 0.99),
         Verdict::Explained | Verdict::Ambiguous => (0.0, 0.97),
         Verdict::Unexplained => (0.0, 0.4),
         Verdict::ModelTooSimple => (0.2, 0.2),
@@ -298,6 +298,7 @@ pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
     };
     Diagnosis {
         verdict,
+        bookkeeping: None,
         added,
         gap: Gap {
             before: gaps.before,

@@ -22,6 +22,12 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
         format!("compared: {}", subject.counts(d)),
         format!("added: {added}"),
     ];
+    if let Some(found) = &d.bookkeeping {
+        lines.push(format!(
+            "what to do first: {} The corrected set is in the folder corrected-set",
+            found.remedy
+        ));
+    }
     let after = if d.added.is_empty() {
         String::new()
     } else {
@@ -42,7 +48,7 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
         gap(d.detection_limit),
         gap(d.gap.noise_floor)
     ));
-    if d.verdict == Verdict::ModelTooSimple && !d.model.freedom.is_empty() {
+    if d.verdict_on_effects() == Verdict::ModelTooSimple && !d.model.freedom.is_empty() {
         let freedom: Vec<&str> = d.model.freedom.iter().map(|id| title(id)).collect();
         lines.push(format!(
             "a richer model with {} would close {} of the lens's own gap",

@@ -4,12 +4,26 @@ use seidel_core::{Diagnosis, Verdict};
 
 use super::words::{between, closed, gap, gap_interval, list, percent, place, sentence, title};
 
-/// Returns the verdict as one or two sentences.
+/// Returns the verdict as one or two sentences; after a mistake in the books, it is on the corrected set.
 pub(super) fn verdict(d: &Diagnosis) -> String {
+    match &d.bookkeeping {
+        None => on_effects(d),
+        Some(found) => format!(
+            "A mistake in the books of the set: {}. With that corrected, the gap falls from {} to {}. {}",
+            found.words,
+            gap(found.gap_before),
+            gap(found.gap_after.max(0.0)),
+            on_effects(d)
+        ),
+    }
+}
+
+/// Returns the verdict on the effects that the lens lacks.
+fn on_effects(d: &Diagnosis) -> String {
     let added = list(&titles(&d.added), "and");
     let closes = format!("{} of the gap closes", closed(d.gap.closed));
-    match d.verdict {
-        Verdict::NoGap => {
+    match d.verdict_on_effects() {
+        Verdict::NoGap | Verdict::Bookkeeping => {
             // The verdict weights PSFs by their noise, so the plain mean may lie above the limit.
             let side = if d.gap.before <= d.detection_limit {
                 "below"
@@ -89,7 +103,7 @@ fn in_answers(d: &Diagnosis, id: &str) -> f64 {
 /// Returns the interval of the closed share and the place of the gap, or the parts of a gap below the limit.
 pub(super) fn lead(d: &Diagnosis) -> String {
     let mut parts: Vec<String> = Vec::new();
-    if d.verdict == Verdict::NoGap {
+    if d.verdict_on_effects() == Verdict::NoGap {
         parts.push(model_share(d));
     } else {
         if !d.added.is_empty() {

@@ -202,7 +202,7 @@ fn diagnose_advised(
                 Verdict::Unexplained => answer.unknown.is_some(),
                 Verdict::NoGap => answer.kind == KindClass::None.id(),
                 Verdict::ModelTooSimple => answer.kind == KindClass::TooSimple.id(),
-                Verdict::Ambiguous => false,
+                Verdict::Ambiguous | Verdict::Bookkeeping => false,
             });
         }
     }

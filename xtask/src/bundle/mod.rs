@@ -236,7 +236,7 @@ impl<'a> Cargo<'a> {
             Some(glibc) => ("zigbuild", Some(format!("{triple}.{glibc}"))),
             None => ("build", target.map(str::to_owned)),
         };
-        let mut command = self.command(&[build, "--release", "--locked"]);
+        let mut command = self.command(&[build, "--profile", "dist", "--locked"]);
         command.args(packages.iter().flat_map(|package| ["-p", package]));
         command.args(target.iter().flat_map(|triple| ["--target", triple]));
         let status = command.status().map_err(|e| format!("cargo: {e}"))?;
@@ -256,7 +256,7 @@ impl<'a> Cargo<'a> {
             Some(_) => folder.join(triple),
             None => folder,
         };
-        Ok(folder.join("release"))
+        Ok(folder.join("dist"))
     }
 
     /// The folder that cargo builds in.

@@ -18,6 +18,9 @@ const CORRECTED: &str = "corrected.json";
 /// Subfolder of PSFs estimated from a picture pair or measured in photographs.
 const ESTIMATED: &str = "psf";
 
+/// Subfolder of a set whose books are corrected. A folder that has one is refused: the next diagnosis may have none.
+const CORRECTED_SET: &str = "corrected-set";
+
 /// The files that every diagnosis writes.
 pub(super) const FILES: [&str; 3] = [REPORT, PAGE, CORRECTED];
 
@@ -74,6 +77,9 @@ impl OutputFolder {
         write_folder_atomically(&self.path, |at| {
             if let Some(set) = estimated {
                 manifest::write(set, &at.join(ESTIMATED))?;
+            }
+            if let Some(found) = &diagnosis.bookkeeping {
+                manifest::write(&found.corrected, &at.join(CORRECTED_SET))?;
             }
             if let Some(maps) = maps {
                 maps.write(at)?;

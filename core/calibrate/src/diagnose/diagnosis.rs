@@ -10,6 +10,7 @@ use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
 use serde::{Serialize, Serializer};
 
+use super::bookkeeping::Bookkeeping;
 use super::capture::Capture;
 use super::cause_words::{CauseWords, cause_words};
 use super::model_share::ModelShare;
@@ -21,6 +22,9 @@ use crate::depth_json;
 pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
+    /// The mistake in the books of the set, which is corrected for all other figures; left out where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bookkeeping: Option<Bookkeeping>,
     /// Effects added to the lens in `corrected.json`, the stronger first; with the verdict `unexplained`,
     /// those that explain a part of the gap.
     pub added: Vec<&'static str>,
@@ -85,6 +89,16 @@ pub enum Verdict {
     /// The model of the lens is too simple: it does not describe the set that it was fitted to, and the effects in `added` do
     /// not close that gap too.
     ModelTooSimple,
+    /// The books of the set hold a mistake: a frame, a unit or a label.
+    Bookkeeping,
+}
+
+impl Diagnosis {
+    /// Returns the verdict on the effects that the lens lacks, where the books of the set are corrected.
+    pub fn verdict_on_effects(&self) -> Verdict {
+        let corrected = self.bookkeeping.as_ref();
+        corrected.map_or(self.verdict, |found| found.verdict)
+    }
 }
 
 impl Verdict {
@@ -96,6 +110,7 @@ impl Verdict {
             Self::Ambiguous => "ambiguous",
             Self::Unexplained => "unexplained",
             Self::ModelTooSimple => "model_too_simple",
+            Self::Bookkeeping => "bookkeeping",
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Diagnosis of the gap between a lens and observations: the missing effect, and the gap after it is added.
 //!
+//! Mistakes in the books of the observations come first (`bookkeeping`).
 //! Tiles are compared with the lens's predictions on their pixel grid (`tiles`, `prediction`). Every effect,
 //! and two or three of them jointly, are fitted by Levenberg-Marquardt (`hypothesis`, `gap_problem`, `search`, `joint`) and scored
 //! by cross-validation over field zones. The scores give posterior probabilities (`posterior`) and a verdict
@@ -8,6 +9,7 @@
 //! the next capture is chosen by the responses of the remaining causes (`capture`, `next_capture`). Effects that
 //! the observed places cannot show are not tried (`coverage`).
 
+mod bookkeeping;
 mod capture;
 mod cause_words;
 mod centroid_start;
@@ -38,6 +40,7 @@ mod tile_noise;
 mod tiles;
 mod verdict;
 
+pub use bookkeeping::Bookkeeping;
 pub use capture::Capture;
 pub use cause_words::{CauseWords, cause_words};
 pub use diagnosis::{
@@ -68,12 +71,40 @@ const MIN_REPORTED_JITTER_PX: f64 = 0.02;
 const REFINED_SINGLES: usize = 4;
 const REFINED_RATIO: f64 = 4.0;
 
-/// Diagnoses the gap between `lens` and `set`.
+/// Diagnoses the gap between `lens` and `set`. A mistake in the books of the set is looked for before effects, and effects after
+/// it is corrected.
 ///
 /// # Errors
 /// A lens described by moments, another frame or channels than the lens's, unknown distances where the
 /// lens depends on them, too few observations, an unknown effect, and a stop on request.
 pub fn diagnose(
+    lens: &LensProfile,
+    set: &ObservationSet,
+    settings: &DiagnosisSettings,
+    progress: &Progress,
+) -> Result<Diagnosis> {
+    let channels = rays(lens)?;
+    if !settings.responses.is_empty() {
+        // These tiles are placed and named by this program.
+        return diagnose_effects(lens, set, settings, progress);
+    }
+    let own_gap = ModelShare::of(lens, channels, settings.design.as_ref())?.own_gap;
+    let Some(found) = bookkeeping::find(lens, channels, set, own_gap)? else {
+        return diagnose_effects(lens, set, settings, progress);
+    };
+    let of_corrected = diagnose_effects(lens, &found.corrected, settings, progress)?;
+    Ok(Diagnosis {
+        verdict: Verdict::Bookkeeping,
+        bookkeeping: Some(Bookkeeping {
+            verdict: of_corrected.verdict,
+            ..found
+        }),
+        ..of_corrected
+    })
+}
+
+/// Diagnoses the effects that `lens` lacks.
+fn diagnose_effects(
     lens: &LensProfile,
     set: &ObservationSet,
     settings: &DiagnosisSettings,

@@ -46,7 +46,7 @@ pub(super) fn next(situation: &Situation) -> NextCapture {
             Capture::None,
             "none needed yet: fit the lens again with the extended model, then diagnose these observations with it",
         ),
-        Verdict::NoGap => NextCapture::new(
+        Verdict::NoGap | Verdict::Bookkeeping => NextCapture::new(
             Capture::None,
             "none needed: the lens explains these observations; PSFs at another distance or f-number would test it further",
         ),

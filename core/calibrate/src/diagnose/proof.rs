@@ -108,6 +108,7 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
     });
     Ok(Diagnosis {
         verdict: decision.verdict,
+        bookkeeping: None,
         added: decision
             .added
             .as_ref()

@@ -1,0 +1,135 @@
+//! Mistakes in keeping books: a frame that is mirrored, a unit, exchanged labels. They are tried before effects.
+//!
+//! Each is a change of the set without parameters, so that it costs a prediction and no fit. The right one leaves what the
+//! lens always leaves; an effect of optics is closed by none.
+
+mod mistakes;
+
+use schemars::JsonSchema;
+use seidel_optics::error::Result;
+use seidel_optics::observations::ObservationSet;
+use seidel_optics::predict::Predictor;
+use seidel_optics::profile::{LensProfile, PupilChannel};
+use seidel_optics::psf::pupil::Detail;
+use serde::Serialize;
+
+use super::Verdict;
+use super::gap_problem::{GapProblem, weight};
+use super::hypothesis::Hypothesis;
+use super::jitter;
+use super::tiles::{TileData, TileSet};
+use crate::reference_channel::reference_channel;
+use mistakes::Mistake;
+
+/// Least gap that a mistake of any weight leaves.
+const MIN_GAP: f64 = 0.01;
+/// Ratio of that gap to the own gap of the lens.
+const MIN_RATIO: f64 = 4.0;
+/// Gaps up to this ratio to the least are equal: of equal mistakes the commonest is named.
+const EQUAL: f64 = 1.1;
+/// PSFs that are compared with each prediction.
+const SAMPLE: usize = 16;
+
+/// A mistake in the books of a set, and the set without it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Bookkeeping {
+    /// Identifier of the mistake.
+    pub mistake: &'static str,
+    /// The mistake as a sentence.
+    pub words: String,
+    /// The change that corrects it, as a sentence.
+    pub remedy: String,
+    /// Gap with the mistake, over a sample of the PSFs.
+    pub gap_before: f64,
+    /// Gap of the same PSFs without it.
+    pub gap_after: f64,
+    /// Verdict on the corrected set, to which all other figures belong.
+    pub verdict: Verdict,
+    /// The corrected set.
+    #[serde(skip)]
+    pub corrected: ObservationSet,
+}
+
+/// Looks for a mistake that explains most of the gap between `lens`, whose own gap is `own_gap`, and `set`.
+///
+/// # Errors
+/// A set that cannot be compared with the lens.
+pub(super) fn find(
+    lens: &LensProfile,
+    channels: &[PupilChannel],
+    set: &ObservationSet,
+    own_gap: f64,
+) -> Result<Option<Bookkeeping>> {
+    let sample = sample(set);
+    // A few PSFs may cover too little of the field, where all of them do not.
+    let Ok(before) = gap(lens, channels, &sample) else {
+        return Ok(None);
+    };
+    if before < MIN_GAP.max(MIN_RATIO * own_gap) {
+        return Ok(None);
+    }
+    let mut all = mistakes::of_frame_and_samples(&sample);
+    if Predictor::new(lens)?.depends_on_depth() {
+        all.extend(mistakes::of_distances(&sample));
+    }
+    // A change may lead out of the range of the lens, and is then none.
+    let tried = all.into_iter().filter_map(|mistake| {
+        let corrected = mistake.correct(&sample)?;
+        Some((gap(lens, channels, &corrected).ok()?, mistake))
+    });
+    let tried: Vec<(f64, Mistake)> = tried.collect();
+    let least = tried.iter().map(|(gap, _)| *gap);
+    let least = least.fold(f64::INFINITY, f64::min).max(0.0);
+    let equal = tried.into_iter().find(|(after, mistake)| {
+        *after <= EQUAL * least + 1e-4 && *after <= mistake.largest_share * before
+    });
+    let Some((after, mistake)) = equal else {
+        return Ok(None);
+    };
+    let Some(corrected) = mistake.correct(set) else {
+        return Ok(None);
+    };
+    Ok(Some(Bookkeeping {
+        mistake: mistake.id,
+        words: mistake.words,
+        remedy: mistake.remedy,
+        gap_before: before,
+        gap_after: after,
+        verdict: Verdict::NoGap,
+        corrected,
+    }))
+}
+
+/// Returns a set of some observations, spread over the order of `set` and over its distances.
+fn sample(set: &ObservationSet) -> ObservationSet {
+    let mut chosen = Vec::new();
+    let distances = set.distances();
+    let share = SAMPLE.div_ceil(distances.len().max(1)).max(4);
+    for distance in distances {
+        let own = set.observations.iter().filter(|o| o.distance == distance);
+        let own: Vec<_> = own.collect();
+        let stride = own.len().div_ceil(share).max(1);
+        chosen.extend(own.into_iter().step_by(stride).cloned());
+    }
+    ObservationSet {
+        observations: chosen,
+        ..set.clone()
+    }
+}
+
+/// Returns the mean gap of `set`, less noise.
+fn gap(lens: &LensProfile, channels: &[PupilChannel], set: &ObservationSet) -> Result<f64> {
+    let mut tiles = TileSet::new(lens, channels, set, &[])?.tiles;
+    let names = channels.iter().map(|c| c.name.as_str());
+    let reference = reference_channel(&lens.camera, names);
+    let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
+    jitter::place_by_pixels(&nothing, &[], &mut tiles);
+    let tiles: Vec<&TileData> = tiles.iter().collect();
+    let gaps = GapProblem::new(&nothing, &tiles, Detail::COARSE).gaps(&[]);
+    let (mut total, mut excess) = (0.0, 0.0);
+    for (gap, tile) in gaps.iter().zip(&tiles) {
+        total += weight(tile);
+        excess += weight(tile) * (gap - tile.noise);
+    }
+    Ok(excess / total)
+}
