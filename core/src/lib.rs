@@ -241,9 +241,9 @@ pub use settings::{
 /// The parts of a [`Diagnosis`], and pairs of pictures that it is made from.
 pub mod diagnosis {
     pub use seidel_calibrate::diagnose::{
-        Capture, Cause, Example, Gap, ModelShare, Order, OwnGapSource, Pair, PairEstimate,
-        PairGeometry, PairImage, PairSettings, Place, PlacedPictures, Quantisation, Shape, Shares,
-        StoredCurve, TileGap, TileResponse, Zone,
+        Bookkeeping, Capture, Cause, Example, Gap, ModelShare, Order, OwnGapSource, Pair,
+        PairEstimate, PairGeometry, PairImage, PairSettings, Place, PlacedPictures, Quantisation,
+        Shape, Shares, StoredCurve, TileGap, TileResponse, Zone,
     };
 }
 

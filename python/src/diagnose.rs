@@ -44,7 +44,7 @@ impl Diagnosis {
 
 #[pymethods]
 impl Diagnosis {
-    /// Verdict: `"no_gap"`, `"explained"`, `"ambiguous"`, `"unexplained"` or `"model_too_simple"`.
+    /// Verdict: `"no_gap"`, `"explained"`, `"ambiguous"`, `"unexplained"`, `"model_too_simple"` or `"bookkeeping"`.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.verdict
