@@ -186,4 +186,9 @@ fn an_effect_beside_a_mistake_is_found_on_the_mended_set_and_effects_are_no_mist
     assert_eq!(report["added"], right["added"], "{}", report["bookkeeping"]);
     let page = fs::read_to_string(folder.join("out/report.html")).expect("written");
     assert!(page.contains("mistake in the books of the set"));
+    let notes = succeeds(folder, "eval --lens @lens.json @set").stderr;
+    assert!(notes.contains("books of the set"), "{notes}");
+    observation_set::write(&set, &folder.join("right")).expect("writable");
+    let notes = succeeds(folder, "eval --lens @lens.json @right").stderr;
+    assert!(!notes.contains("books of the set"), "{notes}");
 }

@@ -103,6 +103,19 @@ pub fn diagnose(
     })
 }
 
+/// Looks for a mistake in the books of `set`, without a diagnosis. A lens described by moments has none.
+///
+/// # Errors
+/// A set that cannot be compared with the lens.
+pub fn find_mistake(lens: &LensProfile, set: &ObservationSet) -> Result<Option<Bookkeeping>> {
+    let LensDescription::Pupil(channels) = &lens.description else {
+        return Ok(None);
+    };
+    // Unknown without the set that the lens was fitted to.
+    let own_gap = ModelShare::of(lens, channels, None).map_or(0.0, |model| model.own_gap);
+    bookkeeping::find(lens, channels, set, own_gap)
+}
+
 /// Diagnoses the effects that `lens` lacks.
 fn diagnose_effects(
     lens: &LensProfile,

@@ -74,7 +74,9 @@ impl ImageFormat for Tiff {
         };
         let unsupported = |feature: String| input.unsupported(&feature, SUPPORTED);
         let mut decoder = Decoder::new(BufReader::new(&input.file)).map_err(refuse)?;
-        if decoder.find_tag(DNG_VERSION).map_err(refuse)?.is_some() {
+        let version: Option<Vec<u8>> =
+            decoder.find_tag_unsigned_vec(DNG_VERSION).map_err(refuse)?;
+        if version.is_some_and(|version| !version.is_empty()) {
             // Its first picture is a preview.
             return Err(input.unsupported(DNG, DNG_REMEDY));
         }
