@@ -70,7 +70,7 @@ fn flipped(tile: &Tile) -> Tile {
 }
 
 #[test]
-fn mistakes_are_named_with_their_remedy_and_mended() {
+fn mistakes_are_named_with_their_remedy_and_corrected() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let (lens, set) = case(Kind::None);
@@ -102,6 +102,13 @@ fn mistakes_are_named_with_their_remedy_and_mended() {
             }),
             "positions",
             "turned by 180",
+        ),
+        (
+            changed(&set, |o| {
+                o.centre = ImagePoint::new(o.centre.x_px - 0.5, o.centre.y_px - 0.5);
+            }),
+            "half_pixel",
+            "too small",
         ),
         (
             changed(&set, |o| o.distance = scaled(o.distance, 1.0 / 0.3048)),
@@ -166,7 +173,7 @@ fn mistakes_are_named_with_their_remedy_and_mended() {
 }
 
 #[test]
-fn an_effect_beside_a_mistake_is_found_on_the_mended_set_and_effects_are_no_mistakes() {
+fn an_effect_beside_a_mistake_is_found_on_the_corrected_set_and_effects_are_no_mistakes() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let (lens, set) = case(Kind::Single("decentre"));

@@ -84,15 +84,16 @@ pub fn diagnose(
     progress: &Progress,
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
-    if !settings.responses.is_empty() {
-        // These tiles are placed and named by this program.
-        return diagnose_effects(lens, set, settings, progress);
-    }
-    let own_gap = ModelShare::of(lens, channels, settings.design.as_ref())?.own_gap;
-    let Some(found) = bookkeeping::find(lens, channels, set, own_gap)? else {
-        return diagnose_effects(lens, set, settings, progress);
+    let model = ModelShare::of(lens, channels, settings.design.as_ref())?;
+    // Tiles that this program estimated are placed and named by it.
+    let found = match settings.responses.is_empty() {
+        true => bookkeeping::find(lens, channels, set, model.own_gap)?,
+        false => None,
     };
-    let of_corrected = diagnose_effects(lens, &found.corrected, settings, progress)?;
+    let Some(found) = found else {
+        return diagnose_effects(lens, set, settings, model, progress);
+    };
+    let of_corrected = diagnose_effects(lens, &found.corrected, settings, model, progress)?;
     Ok(Diagnosis {
         verdict: Verdict::Bookkeeping,
         bookkeeping: Some(Bookkeeping {
@@ -116,17 +117,17 @@ pub fn find_mistake(lens: &LensProfile, set: &ObservationSet) -> Result<Option<B
     bookkeeping::find(lens, channels, set, own_gap)
 }
 
-/// Diagnoses the effects that `lens` lacks.
+/// Diagnoses the effects that `lens` lacks, whose own gap is that of `model`.
 fn diagnose_effects(
     lens: &LensProfile,
     set: &ObservationSet,
     settings: &DiagnosisSettings,
+    mut model: ModelShare,
     progress: &Progress,
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
     let library = library(settings)?;
     let mut tiles = TileSet::new(lens, channels, set, &settings.responses)?;
-    let mut model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     let names = channels.iter().map(|c| c.name.as_str());
     let reference = reference_channel(&lens.camera, names);
     let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);

@@ -94,15 +94,21 @@ const TURNS: [(Symmetry, &str, &str); 4] = [
     ),
 ];
 
-/// Units of distance that are taken for metres, and metres taken for them.
+/// Wrong units of distance, each with the metres in one stated metre.
 const UNITS: [(&str, f64); 7] = [
-    ("feet", 0.3048),
-    ("inches", 0.0254),
-    ("centimetres", 0.01),
-    ("millimetres", 0.001),
-    ("metres divided by 0.3048", 1.0 / 0.3048),
-    ("hundreds of metres", 100.0),
-    ("kilometres", 1000.0),
+    ("distances are in feet, taken for metres", 0.3048),
+    ("distances are in inches, taken for metres", 0.0254),
+    ("distances are in centimetres, taken for metres", 0.01),
+    ("distances are in millimetres, taken for metres", 0.001),
+    (
+        "distances in metres were converted as if they were in feet",
+        1.0 / 0.3048,
+    ),
+    (
+        "distances in metres were converted as if they were in centimetres",
+        100.0,
+    ),
+    ("distances are in kilometres, taken for metres", 1000.0),
 ];
 
 /// Returns every mistake that `set` may hold but those of distances.
@@ -206,11 +212,11 @@ pub(super) fn of_distances(set: &ObservationSet) -> Vec<Mistake> {
         ObjectDistance::Metres(metres) => ObjectDistance::metres(metres * scale).ok(),
         other => Some(*other),
     };
-    for (unit, scale) in UNITS {
+    for (words, scale) in UNITS {
         let truth = stated.iter().map(|distance| scaled(distance, scale));
         push(
             "distance_unit",
-            format!("distances are {unit}, taken for metres"),
+            words.to_owned(),
             "State depth_m in metres.",
             truth.collect(),
         );
