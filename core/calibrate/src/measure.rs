@@ -8,10 +8,14 @@ use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::support::{Support, TilePixels};
 use seidel_optics::moments::{CentralMoments, FourthMoments};
 use seidel_optics::observations::ObservationSet;
+use seidel_optics::tile::Tile;
 
 /// Variance of a PSF along x or y, px², below which its pixels do not tell its centroid. A disc of this variance has its
 /// centroid off by up to 0.02 px; light that falls into a single pixel, by up to half a pixel.
 const MIN_VARIANCE_PX2: f64 = 0.5;
+
+/// Mean light along a border of a tile, relative to its peak, above which the tile cuts the PSF. Whole PSFs reach 0.02.
+const MAX_LIGHT_AT_BORDER: f64 = 0.1;
 
 /// A tile excluded from a fit.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -130,6 +134,24 @@ pub(crate) fn set_origins(sets: &[ObservationSet], tiles: &mut [MeasuredTile]) {
     }
 }
 
+/// Returns the mean light along the brightest border of `tile`, relative to its peak.
+fn light_at_border(tile: &Tile) -> f64 {
+    let (width, height, samples) = (tile.width(), tile.height(), tile.samples());
+    let mean = |start: usize, step: usize, count: usize| {
+        let border = (0..count).map(|k| f64::from(samples[start + k * step]));
+        border.sum::<f64>() / count as f64
+    };
+    let borders = [
+        mean(0, 1, width),
+        mean((height - 1) * width, 1, width),
+        mean(0, width, height),
+        mean(width - 1, width, height),
+    ];
+    let peak = samples.iter().copied().fold(0.0, f32::max);
+    let brightest = borders.into_iter().fold(0.0, f64::max);
+    brightest / f64::from(peak).max(f64::MIN_POSITIVE)
+}
+
 fn measure_one(
     sets: &[ObservationSet],
     set: usize,
@@ -150,6 +172,13 @@ fn measure_one(
     }
     let light = observation.light(channel);
     let sigma = observation.noise_sigma[channel];
+    let at_border = light_at_border(&light);
+    if at_border > MAX_LIGHT_AT_BORDER {
+        return Err(reject(&format!(
+            "the tile cuts the PSF: along one border its light is {:.0} % of its peak. Cut larger tiles",
+            100.0 * at_border
+        )));
+    }
     let counted = sets[set].counted(observation, channel);
     let pixels = TilePixels {
         tile: &light,
@@ -186,4 +215,44 @@ fn measure_one(
         is_mosaic: sets[set].mosaic.is_some(),
         noise,
     })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use seidel_optics::observations::Observation;
+
+    /// Returns a set of discs with `radius`, in tiles of 15 px, at `places` of a frame of 1000 x 600 px.
+    pub(crate) fn discs(radius: f64, places: &[[f64; 2]]) -> ObservationSet {
+        let frame = Frame::new(1000, 600, None).expect("a frame");
+        let samples = (0..225).map(|k| {
+            let (x, y) = (f64::from(k % 15) - 7.0, f64::from(k / 15) - 7.0);
+            if x.hypot(y) <= radius { 1.0 } else { 0.0 }
+        });
+        let tile = Tile::new(15, 15, samples.collect()).expect("light");
+        let observations = places.iter().enumerate().map(|(k, [x, y])| {
+            let at = ImagePoint::new(*x, *y);
+            Observation::new(
+                format!("{k}"),
+                at,
+                ObjectDistance::Infinity,
+                vec![tile.clone()],
+            )
+        });
+        ObservationSet::new(frame, vec!["Y".into()], observations.collect())
+    }
+
+    #[test]
+    fn tiles_that_cut_their_psf_are_rejected() {
+        for (radius, cut) in [(6.0, false), (9.0, true)] {
+            let mut rejected = Vec::new();
+            let set = discs(radius, &[[300.5, 200.5]]);
+            let measured = measure(&[set], Support::AllPixels, &mut rejected);
+            assert_eq!(measured.is_empty(), cut, "{radius}");
+            let named = rejected
+                .iter()
+                .all(|r| r.file == "0" && r.reason.contains("cuts the PSF"));
+            assert!(named && rejected.len() == usize::from(cut), "{rejected:?}");
+        }
+    }
 }

@@ -37,6 +37,7 @@ pub mod moments;
 pub mod mosaic;
 pub mod numeric;
 pub mod observations;
+pub mod plane_of_focus;
 pub mod predict;
 pub mod profile;
 mod progress;

@@ -52,6 +52,9 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
             console.print(format!("with {name} ({id}): {appearance}{amount}"));
         }
     }
+    if let Some(plane) = fit.lens.plane_of_focus() {
+        console.print(plane.to_string());
+    }
     if let Some(held_out) = &fit.lens.held_out {
         print_held_out(held_out, console);
     }
@@ -159,6 +162,7 @@ fn held_out_json(held_out: &HeldOut) -> Value {
     json!({
         "tiles": held_out.tiles, "rule": held_out.rule, "snr_db": held_out.snr_db,
         "pixel_gap": held_out.pixel_gap, "misplaced_light": held_out.misplaced_light,
+        "neighbours_snr_db": held_out.neighbours_snr_db,
         "groups": groups, "adequacy": held_out.adequacy.as_ref().map(adequacy_json),
     })
 }

@@ -15,6 +15,7 @@
 
 pub mod axis;
 mod axis_problem;
+mod coverage;
 pub mod displacement;
 pub mod edges;
 mod front;

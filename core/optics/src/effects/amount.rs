@@ -1,7 +1,7 @@
 //! Fitted values of effects, and their format in words.
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use super::LensScale;
 
@@ -100,21 +100,26 @@ impl FittedVector {
         quantity(self.length * factor, self.sigma * factor.abs(), unit)
     }
 
-    /// Returns the direction as seen in the picture, whose y points down.
+    /// Returns the direction as seen in the picture.
     pub(super) fn direction(&self, sign: f64) -> &'static str {
-        const DIRECTIONS: [&str; 8] = [
-            "the right",
-            "the lower right",
-            "the bottom",
-            "the lower left",
-            "the left",
-            "the upper left",
-            "the top",
-            "the upper right",
-        ];
-        let eighth = (sign * self.y).atan2(sign * self.x).to_degrees() / 45.0;
-        DIRECTIONS[(eighth.round().rem_euclid(8.0)) as usize % 8]
+        direction_in_picture([sign * self.x, sign * self.y])
     }
+}
+
+/// Returns the direction of a vector as seen in the picture, whose y points down.
+pub(crate) fn direction_in_picture([x, y]: [f64; 2]) -> &'static str {
+    const DIRECTIONS: [&str; 8] = [
+        "the right",
+        "the lower right",
+        "the bottom",
+        "the lower left",
+        "the left",
+        "the upper left",
+        "the top",
+        "the upper right",
+    ];
+    let eighth = y.atan2(x).to_degrees() / 45.0;
+    DIRECTIONS[(eighth.round().rem_euclid(8.0)) as usize % 8]
 }
 
 /// Formats `value` ± `sigma` with `unit`: two digits of the error, at most four significant digits of the value.

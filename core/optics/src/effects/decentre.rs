@@ -159,6 +159,8 @@ impl Effect for Decentre {
             fit: FitPart {
                 // Without the displacement of the image, which tiles do not show.
                 used: 8,
+                // Focus linear in field.
+                described_by: &[(4, &SensorTilt), (5, &SensorTilt)],
                 starts: || vec![vec![0.0; 8]],
                 worth: 0.1,
                 ..FitPart::NONE

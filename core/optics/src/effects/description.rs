@@ -124,6 +124,8 @@ pub struct FitPart {
     pub used: usize,
     /// Those of them that stay at their start.
     pub fixed: &'static [usize],
+    /// Those of them that another effect describes too: they stay neutral where the lens has that effect.
+    pub described_by: &'static [(usize, &'static dyn Effect)],
     /// Whether all channels share them.
     pub shared: bool,
     /// Number of parameters that are at least linear in vergence, the first ones.
@@ -141,6 +143,7 @@ impl FitPart {
     pub(super) const NONE: Self = Self {
         used: 0,
         fixed: &[],
+        described_by: &[],
         shared: false,
         linear: 0,
         starts: Vec::new,

@@ -5,7 +5,7 @@
 //! reports among that; all of them are listed in [`ALL`]. Lens profiles name effects by identifier; code elsewhere asks
 //! the trait.
 
-mod amount;
+pub(crate) mod amount;
 mod anamorphic;
 mod aperture_polygon;
 mod apodisation;

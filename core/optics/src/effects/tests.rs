@@ -163,8 +163,9 @@ fn starts_are_not_neutral_and_every_free_parameter_matters() {
             }
         }
         for (p, freed) in parameters.iter().zip(freed) {
-            let counted = ["blades", "pivot"].contains(&p.name);
-            assert!(freed != counted, "{} {}", effect.id(), p.name);
+            // Counts, and what only fits to tiles tell.
+            let held = ["blades", "pivot", "slant"].contains(&p.name);
+            assert!(freed != held, "{} {}", effect.id(), p.name);
         }
     }
 }
@@ -309,7 +310,11 @@ fn a_farther_sensor_scales_angles_up_and_cones_down() {
     };
     let compare = |id: &str, seen_from: ScenePoint, factor: f64| {
         let effect = by_id(id).expect("listed");
-        let values = strong(effect);
+        let mut values = strong(effect);
+        if id == "sensor_tilt" {
+            // The slant of a disc is of second order in the tilt.
+            values[3] = 0.0;
+        }
         let now = rays(id, &rescale(effect, &values, ratios), point());
         for (now, was) in now.into_iter().zip(rays(id, &values, seen_from)) {
             assert_close(now, was.map(|w| w * factor), id);

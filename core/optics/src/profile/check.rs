@@ -262,6 +262,7 @@ fn held_out(held_out: &HeldOut) -> Result<()> {
     let all: Vec<f64> = of_groups
         .chain([held_out.snr_db, held_out.pixel_gap])
         .chain(held_out.misplaced_light)
+        .chain(held_out.neighbours_snr_db)
         .chain(of_adequacy)
         .collect();
     finite(&all).map_err(|e| e.within("held_out"))

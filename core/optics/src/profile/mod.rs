@@ -90,6 +90,9 @@ pub struct HeldOut {
     /// Mean over tiles of the share of a tile's light that the model puts into the wrong pixels, half the sum of absolute
     /// differences: the error of a highlight's shape. `None` in profiles of versions that did not measure it.
     pub misplaced_light: Option<f64>,
+    /// Mean over tiles of the signal-to-noise ratio of the nearest fitted tiles in place of the model, dB; `None` where they were
+    /// not compared.
+    pub neighbours_snr_db: Option<f64>,
     /// The scores by channel and distance.
     pub groups: Vec<HeldOutGroup>,
     /// The adequacy of the model for the lens; `None` in profiles of versions that did not state it.

@@ -84,7 +84,7 @@ impl TileResidual {
         }
     }
 
-    fn excess(&self) -> f64 {
+    pub(super) fn excess(&self) -> f64 {
         self.gap - self.noise
     }
 

@@ -1,20 +1,19 @@
 //! Data of a pixel fit, and the fitting steps shared by all models.
 
+use super::defocus_starts;
 use super::metric::Metric;
 use super::noise_weights;
 use super::parameters::{ModelStructure, ParameterLayout, Quantity};
 use super::pixel_problem::{PixelPoint, PixelProblem};
 use super::tile_equations::{FitTile, MisfitSettings, TileParameters};
 use super::{PupilSettings, Support, no_initial_estimate};
-use crate::fit::initial::{InitialEstimate, initial_estimates};
+use crate::fit::initial::initial_estimates;
 use crate::least_squares::{Minimum, Stop};
 use crate::measure::MeasuredTile;
 use crate::stage::Stage;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
-use seidel_optics::lens::{VergencePoint, VergenceSeries};
 use seidel_optics::moments::support::TilePixels;
-use seidel_optics::numeric::median;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::psf::pupil::Detail;
 
@@ -25,7 +24,7 @@ const MIN_TILES: usize = 6;
 /// Initial estimates compared per channel.
 const MAX_ESTIMATES: usize = 6;
 /// Initial variance of the symmetric blur, px².
-const INITIAL_BLUR_PX2: f64 = 0.1;
+pub(super) const INITIAL_BLUR_PX2: f64 = 0.1;
 /// Estimates refined where the noise shows that a fit ended in a local minimum.
 const MAX_TRIES: usize = 6;
 /// Tiles per channel for that check.
@@ -220,7 +219,8 @@ impl<'a> FitContext<'a> {
             let few = subsample(&mine, TRIAL_TILES);
             let mut ranked: Vec<(f64, Vec<f64>)> = Vec::new();
             let mut estimates = initial_estimates(&self.frame, &measured, MAX_ESTIMATES);
-            estimates.extend(defocus_only_estimates(&measured));
+            estimates.extend(defocus_starts::by_crossing(&measured));
+            estimates.extend(defocus_starts::of_camera(&self.sets[0]));
             let trials = stage.part(0.0, TRIALS_SHARE);
             let trials = trials.part_of(channel, self.channel_names().len());
             let count = estimates.len();
@@ -245,7 +245,7 @@ impl<'a> FitContext<'a> {
             }
         }
         for trial in &mut tries {
-            layout.normalise_signs(trial);
+            self.normalise_signs(&layout, trial);
         }
         let noisy = self.tiles.iter().all(|t| t.sigma > 0.0);
         let pixels = MisfitSettings {
@@ -283,7 +283,7 @@ impl<'a> FitContext<'a> {
         let is_mosaic = self.tiles.iter().any(|t| t.is_mosaic);
         let noise_decides = is_mosaic || best.point.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
         let mut theta = best.point.theta;
-        layout.normalise_signs(&mut theta);
+        self.normalise_signs(&layout, &mut theta);
         if noise_decides {
             let fit = FittedLens {
                 layout,
@@ -295,6 +295,18 @@ impl<'a> FitContext<'a> {
         }
         let fit = self.refine(&layout, theta, Metric::NaturalSpectrum);
         Ok((fit, tries))
+    }
+
+    /// Chooses between the two equivalent signs of the pupil: that of the camera's data where all tiles are at one distance and they
+    /// tell it.
+    fn normalise_signs(&self, layout: &ParameterLayout, theta: &mut [f64]) {
+        layout.normalise_signs(theta);
+        if let ([v], Some(camera)) = (
+            &self.vergences[..],
+            defocus_starts::of_camera(&self.sets[0]),
+        ) {
+            layout.take_sign_of(theta, camera.reduced(*v).alpha, *v);
+        }
     }
 
     /// Minimises over all tiles, first with a lenient and then with a strict robust loss.
@@ -367,48 +379,6 @@ impl<'a> FitContext<'a> {
         }
         Ok(())
     }
-}
-
-/// Returns estimates of pure defocus that cross focus before, between or beyond the distances of `tiles`.
-/// They cover solutions that noisy moments miss.
-fn defocus_only_estimates(tiles: &[&MeasuredTile]) -> Vec<InitialEstimate> {
-    let mut radii: Vec<(f64, Vec<f64>)> = Vec::new();
-    for tile in tiles {
-        let Some(v) = tile.distance.vergence_per_m() else {
-            return Vec::new();
-        };
-        // A uniform disc of radius r has a trace of r²/2.
-        let radius = (2.0 * tile.optical.trace().max(0.0)).sqrt();
-        match radii.iter_mut().find(|(at, _)| *at == v) {
-            Some((_, all)) => all.push(radius),
-            None => radii.push((v, vec![radius])),
-        }
-    }
-    radii.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if radii.len() < 2 {
-        return Vec::new();
-    }
-    (0..=radii.len())
-        .map(|crossing| {
-            let signed = radii.iter_mut().enumerate().map(|(k, (v, all))| {
-                let median = median(all);
-                VergencePoint {
-                    vergence_per_m: *v,
-                    value: if k < crossing { -median } else { median },
-                    sigma: 0.0,
-                }
-            });
-            let line = VergenceSeries::fit_line(&signed.collect::<Vec<_>>());
-            InitialEstimate {
-                alpha: [line.coefficients[0], line.coefficients[1]],
-                beta: 0.0,
-                gamma: 0.0,
-                delta: 0.0,
-                phi: 0.0,
-                misfit: f64::INFINITY,
-            }
-        })
-        .collect()
 }
 
 /// Returns about `count` of `tiles`, evenly spaced in the list.

@@ -4,7 +4,9 @@
 //! without those of the held-out zones. Of the parts that are worth their parameters, and lower the misfit of the held-out zones
 //! nearly as much as the best does, the one with the fewest parameters is added, as long as there is one.
 
-use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, QUICK, subsample};
+use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, subsample};
+use super::focus_side::{self, FocusSide};
+use super::leading_part::{self, PLAIN_GAIN};
 use super::named;
 use super::parameters::{ParameterLayout, Quantity};
 use super::parts::{self, Part};
@@ -22,11 +24,9 @@ const TRIAL_TILES: usize = 60;
 /// Starts of a part that are compared by short fits; where there are more, by their misfit alone.
 const MAX_STARTS: usize = 6;
 /// Tiles and stop criteria of these comparisons.
-const SCREENING_TILES: usize = 24;
+pub(super) const SCREENING_TILES: usize = 24;
 const MISFIT_TILES: usize = 8;
 const SCREENING: Stop = Stop::at_decrease(3, 1e-2);
-/// Starts of two planes of symmetry that are fitted in full.
-const MAX_SCREENED: usize = 2;
 /// Decrease of the mean log misfit of held-out zones that the symmetric blur must reach.
 const BLUR_WORTH: f64 = 0.01;
 /// Increase of the mean log misfit of held-out zones at which a part is not tried again.
@@ -36,23 +36,22 @@ const MIN_GAIN: f64 = 0.04;
 /// Shares of the progress of an extended fit at which its steps end, and the share of the rest that each search for a part
 /// takes.
 const PLANES_SHARE: f64 = 0.1;
-const LAW_SHARE: f64 = 0.25;
+const SIDE_SHARE: f64 = 0.6;
+const LAW_SHARE: f64 = 0.2;
 const PARTS_SHARE: f64 = 0.8;
 const ROUND_SHARE: f64 = 0.6;
 /// Decrease of it after which all parts are tried again.
 const LARGE_GAIN: f64 = 0.5;
 /// Share of the largest gain from which on the part with the fewest parameters is taken.
 const NEARLY_BEST: f64 = 0.65;
-/// Mean log misfit of a reduced lens above which two planes of symmetry are tried first: squared errors of 1 %.
+/// Mean log misfit of a reduced lens above which leading parts are tried first: squared errors of 1 %.
 const POOR_MISFIT: f64 = -4.6;
-/// Decrease of it, beyond that by fifth order, by which they are recognised.
-const PLAIN_GAIN: f64 = 1.0;
 
 /// An extended lens.
 pub(super) struct Extended {
     pub(super) fit: FittedLens,
-    /// Parts that the tiles are too few for, in words.
-    pub(super) held_back: Vec<String>,
+    /// The side of focus where the camera's data and the PSFs disagree, and parts that the tiles are too few for, in words.
+    pub(super) notes: Vec<String>,
 }
 
 /// Adds fifth-order aberrations, then every part that improves held-out zones. `estimates` are those of the reduced model,
@@ -67,24 +66,26 @@ pub(super) fn extend(
     let split = Split::new(context);
     let mut fit = fit;
     if split.misfit(context, &fit) > POOR_MISFIT
-        && let Some(tried) = split.two_planes(context, &fit, estimates)
+        && let Some(tried) = leading_part::find(context, &split, &fit, estimates)
     {
         fit = context.refine_between(&tried.layout, tried.theta, fit.metric);
     }
     stage.reach(PLANES_SHARE)?;
-    fit = vergence_law::choose(
-        context,
-        with_higher_order(context, fit),
-        &vergence_law::EXTENDED_LAWS,
-        Refit::Short,
-        stage.part(PLANES_SHARE, LAW_SHARE),
-    )?;
-    fit = split.add_parts(context, fit, stage.part(LAW_SHARE, PARTS_SHARE))?;
+    let mut notes = Vec::new();
+    let parts_stage = stage.part(PLANES_SHARE, PARTS_SHARE);
+    fit = match FocusSide::of_camera_if_other(context, &fit) {
+        None => split.with_parts(context, fit, parts_stage)?,
+        Some(side) => {
+            let (best, note) = split.better_side(context, fit, &side, parts_stage)?;
+            notes.push(note);
+            best
+        }
+    };
     stage.reach(PARTS_SHARE)?;
     fit = split.without_needless_blur(context, fit);
     fit = context.refine_strictly(fit);
     let too_many = further_parts().filter(|part| !part.is_determined_by(context.tiles.len()));
-    let held_back = too_many.map(|part| {
+    notes.extend(too_many.map(|part| {
         format!(
             "{}: not tried, because the {} parameters need {} tiles, over the whole field, and there are {}",
             named(part.effect.id()),
@@ -92,11 +93,8 @@ pub(super) fn extend(
             part.least_tiles(),
             context.tiles.len()
         )
-    });
-    Ok(Extended {
-        held_back: held_back.collect(),
-        fit,
-    })
+    }));
+    Ok(Extended { notes, fit })
 }
 
 /// Returns the parts that are tried after fifth-order aberrations.
@@ -110,13 +108,17 @@ fn with_higher_order(context: &FitContext, fit: FittedLens) -> FittedLens {
     for freedom in &mut structure.polynomials {
         freedom.degree = freedom.least_degree;
     }
-    let layout = context.layout(Part::of(&effects::HigherOrder).added_to(&structure));
+    let part = Part::of(&effects::HigherOrder);
+    if !part.is_in(&structure) {
+        structure = part.added_to(&structure);
+    }
+    let layout = context.layout(structure);
     let theta = layout.transfer(&fit.layout, &fit.theta);
     context.refine_between(&layout, theta, fit.metric)
 }
 
 /// Returns the mean log misfit of all tiles fitted.
-fn all_misfit(context: &FitContext, fit: &FittedLens) -> f64 {
+pub(super) fn all_misfit(context: &FitContext, fit: &FittedLens) -> f64 {
     let settings = Split::settings(fit);
     let all = context.all();
     mean_log(&vergence_law::misfits(
@@ -134,17 +136,17 @@ fn mean_log(misfits: &[f64]) -> f64 {
 }
 
 /// A lens with one more part, fitted to few tiles.
-struct Tried {
+pub(super) struct Tried {
     last: Part,
-    layout: ParameterLayout,
-    theta: Vec<f64>,
+    pub(super) layout: ParameterLayout,
+    pub(super) theta: Vec<f64>,
     /// Mean log misfit of held-out zones.
-    missed: f64,
+    pub(super) missed: f64,
 }
 
 /// The tiles on which parts are fitted and those on which they are compared.
-struct Split<'a> {
-    fitted: Vec<&'a FitTile>,
+pub(super) struct Split<'a> {
+    pub(super) fitted: Vec<&'a FitTile>,
     check: Vec<&'a FitTile>,
 }
 
@@ -169,7 +171,7 @@ impl<'a> Split<'a> {
         }
     }
 
-    fn settings(fit: &FittedLens) -> MisfitSettings {
+    pub(super) fn settings(fit: &FittedLens) -> MisfitSettings {
         MisfitSettings {
             metric: fit.metric,
             detail: Detail::COARSE,
@@ -178,7 +180,7 @@ impl<'a> Split<'a> {
     }
 
     /// Returns the mean log misfit of held-out zones for `fit`.
-    fn misfit(&self, context: &FitContext, fit: &FittedLens) -> f64 {
+    pub(super) fn misfit(&self, context: &FitContext, fit: &FittedLens) -> f64 {
         self.missed(context, &fit.layout, &fit.theta, Self::settings(fit))
     }
 
@@ -195,7 +197,12 @@ impl<'a> Split<'a> {
 
     /// Fits `fit` with `part` from the best of its starts; `None` where none lowers the misfit, and where the tiles are too
     /// few for its parameters.
-    fn trial(&self, context: &FitContext, fit: &FittedLens, part: Part) -> Option<Tried> {
+    pub(super) fn trial(
+        &self,
+        context: &FitContext,
+        fit: &FittedLens,
+        part: Part,
+    ) -> Option<Tried> {
         if !part.is_determined_by(context.tiles.len()) {
             return None;
         }
@@ -238,14 +245,76 @@ impl<'a> Split<'a> {
         } else {
             starts.into_iter().next()?
         };
-        let (_, theta) = descend(&self.fitted, &start, BETWEEN);
-        let missed = self.missed(context, &layout, &theta, settings);
-        Some(Tried {
+        Some(self.fitted_from(context, part, layout, &start, settings))
+    }
+
+    /// Fits the lens of `layout`, of which `part` is the last, from `start`.
+    pub(super) fn fitted_from(
+        &self,
+        context: &FitContext,
+        part: Part,
+        layout: ParameterLayout,
+        start: &[f64],
+        settings: MisfitSettings,
+    ) -> Tried {
+        let found = context.descend(&layout, &self.fitted, start, settings, BETWEEN);
+        let theta = found.point.theta;
+        Tried {
             last: part,
+            missed: self.missed(context, &layout, &theta, settings),
             layout,
             theta,
-            missed,
-        })
+        }
+    }
+
+    /// Adds fifth-order aberrations, then every other part that is worth its parameters.
+    fn with_parts(
+        &self,
+        context: &FitContext,
+        fit: FittedLens,
+        stage: Stage,
+    ) -> Result<FittedLens> {
+        let fit = vergence_law::choose(
+            context,
+            with_higher_order(context, fit),
+            &vergence_law::EXTENDED_LAWS,
+            Refit::Short,
+            stage.part(0.0, LAW_SHARE),
+        )?;
+        self.add_parts(context, fit, stage.part(LAW_SHARE, 1.0))
+    }
+
+    /// Returns `fit` with all its parts, or the lens on the side of focus that the camera's data tell, whichever describes held-out
+    /// zones better; and in words which it was.
+    fn better_side(
+        &self,
+        context: &FitContext,
+        fit: FittedLens,
+        side: &FocusSide,
+        stage: Stage,
+    ) -> Result<(FittedLens, String)> {
+        let ours = with_higher_order(context, fit);
+        let held = with_higher_order(context, side.held());
+        let [before, held_before] = [&ours, &held].map(|fit| self.misfit(context, fit));
+        if held_before > before + PLAIN_GAIN {
+            let ours = self.with_parts(context, ours, stage)?;
+            return Ok((ours, side.refused_in_words()));
+        }
+        let held = self.with_parts(context, held, stage.part(0.0, SIDE_SHARE))?;
+        let free = focus_side::freed(context, held);
+        let theirs = self.add_parts(context, free, stage.part(SIDE_SHARE, SIDE_SHARE))?;
+        let missed = self.misfit(context, &theirs);
+        if missed < before - PLAIN_GAIN {
+            return Ok((theirs, side.taken_in_words()));
+        }
+        let ours = self.with_parts(context, ours, stage.part(SIDE_SHARE, 1.0))?;
+        Ok(
+            if focus_side::is_as_good(missed, self.misfit(context, &ours)) {
+                (theirs, side.taken_in_words())
+            } else {
+                (ours, side.refused_in_words())
+            },
+        )
     }
 
     /// Adds the best part, until none is worth its parameters.
@@ -307,41 +376,6 @@ impl<'a> Split<'a> {
         context.refine_between(&layout, theta, fit.metric)
     }
 
-    /// Returns the lens with two planes of symmetry where they describe it far better than fifth order does.
-    ///
-    /// The reduced model of an anamorphic lens may have ended on the wrong side of focus, so all `estimates` are starts.
-    fn two_planes(
-        &self,
-        context: &FitContext,
-        fit: &FittedLens,
-        estimates: &[Vec<f64>],
-    ) -> Option<Tried> {
-        let round = self.trial(context, fit, Part::of(&effects::HigherOrder))?;
-        let planes = Part::of(&effects::DoublePlane);
-        let reduced = context.reduced_layout();
-        let starts = estimates.iter().map(|theta| FittedLens {
-            layout: reduced.clone(),
-            theta: theta.clone(),
-            ..fit.clone()
-        });
-        let few = subsample(&self.fitted, SCREENING_TILES);
-        let settings = Self::settings(fit);
-        let mut screened: Vec<(f64, FittedLens)> = starts
-            .chain([fit.clone()])
-            .map(|start| {
-                let layout = context.layout(planes.added_to(&start.layout.structure));
-                let theta = layout.transfer(&start.layout, &start.theta);
-                let found = context.descend(&layout, &few, &theta, settings, QUICK);
-                (found.point.mean_log_misfit(), start)
-            })
-            .collect();
-        screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let tried = (screened.iter().take(MAX_SCREENED))
-            .filter_map(|(_, start)| self.trial(context, start, planes));
-        let best = tried.min_by(|a, b| a.missed.total_cmp(&b.missed))?;
-        (best.missed < round.missed - PLAIN_GAIN).then_some(best)
-    }
-
     /// Returns the lens with the part among `open` that has the fewest parameters of those that improve held-out zones of `fit` most,
     /// or nearly so; `None` if none is worth its parameters. Parts that are in the lens, and those that spoil held-out zones, leave `open`.
     fn best(
@@ -359,7 +393,7 @@ impl<'a> Split<'a> {
         let tried_parts = std::mem::take(open);
         for (k, part) in tried_parts.iter().copied().enumerate() {
             stage.part_of(k, tried_parts.len()).reach(0.0)?;
-            if part.is_in(&fit.layout.structure) {
+            if part.is_in(&fit.layout.structure) || part.is_contained_in(&fit.layout.structure) {
                 continue;
             }
             let Some(tried) = self.trial(context, fit, part) else {

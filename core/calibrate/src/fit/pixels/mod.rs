@@ -15,11 +15,16 @@ mod adequacy;
 pub(super) mod bounds;
 mod context;
 mod covariance;
+mod defocus_starts;
 mod extended;
+mod focus_side;
 mod jacobian;
+mod leading_part;
 pub(super) mod lens_equations;
 mod metric;
 mod noise_weights;
+mod one_distance;
+mod outliers;
 pub(super) mod parameters;
 pub(super) mod parts;
 mod pixel_problem;
@@ -161,7 +166,8 @@ fn fit_in_stages(
     }
     let held_out = held_out_tiles(sets, &measured, &frame, settings);
     let mut context = FitContext::new(sets, settings, frame, &measured, held_out);
-    let (mut fit, estimates) = context.fit_reduced(stages.reduced)?;
+    let (fit, estimates) = context.fit_reduced(stages.reduced)?;
+    let (mut fit, side) = focus_side::settled(&context, fit);
     fit = vergence_law::choose(
         &context,
         fit,
@@ -169,10 +175,10 @@ fn fit_in_stages(
         vergence_law::Refit::Full,
         stages.reduced_law,
     )?;
-    let mut held_back = Vec::new();
+    let mut notes = Vec::from_iter(side);
     if settings.model == PupilModel::Extended {
-        let extended = extended::extend(&context, fit, &estimates, stages.extended)?;
-        (fit, held_back) = (extended.fit, extended.held_back);
+        // Its parts decide anew on the side of focus.
+        Extended { fit, notes } = extended::extend(&context, fit, &estimates, stages.extended)?;
     }
     if settings.axis == AxisChoice::Free {
         fit = context.free_axis(fit);
@@ -184,7 +190,7 @@ fn fit_in_stages(
         stages.reduced_scored
     };
     let mut reduced = finish(&context, fit.clone(), &rejected, scored)?;
-    reduced.warnings.extend(held_back);
+    reduced.warnings.extend(notes);
     let short = |f: &PupilFit| {
         (f.lens.held_out.as_ref())
             .filter(|h| h.pixel_gap > MAX_REDUCED_GAP)
@@ -194,8 +200,7 @@ fn fit_in_stages(
         check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     };
-    let Extended { mut fit, held_back } =
-        extended::extend(&context, fit, &estimates, stages.extended)?;
+    let Extended { mut fit, notes } = extended::extend(&context, fit, &estimates, stages.extended)?;
     if settings.axis == AxisChoice::Free {
         // The parts may have moved it, or begun from estimates without it.
         fit = context.free_axis(fit);
@@ -221,7 +226,7 @@ fn fit_in_stages(
             .collect::<Vec<_>>()
             .join(", ")
     ));
-    extended.warnings.extend(held_back);
+    extended.warnings.extend(notes);
     Ok(extended)
 }
 

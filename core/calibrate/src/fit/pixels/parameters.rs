@@ -6,6 +6,9 @@ use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
 use seidel_optics::profile::{ProfileEffect, PupilChannel};
 
+/// Largest variance of the symmetric blur, px²: a wider one imitates discs, in a fit that starts on the wrong side of focus.
+const MAX_BLUR_PX2: f64 = 400.0;
+
 /// A quantity of the lens that is a polynomial in vergence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -310,14 +313,29 @@ impl ParameterLayout {
             if sign.is_none_or(|k| theta[k] >= 0.0) {
                 continue;
             }
-            for k in self.free_parameters_of(channel) {
-                if let Parameter::Coefficient {
-                    quantity: Quantity::Alpha | Quantity::Beta | Quantity::Gamma | Quantity::Delta,
-                    ..
-                } = self.parameters[k]
-                {
-                    theta[k] = -theta[k];
-                }
+            self.turn_signs(theta, channel);
+        }
+    }
+
+    /// Gives the pupil the sign for which defocus at vergence `v` has that of `defocus`. For models without effects.
+    pub(in crate::fit) fn take_sign_of(&self, theta: &mut [f64], defocus: f64, v: f64) {
+        for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
+            let alpha = self.value(theta, Quantity::Alpha, channel, v);
+            if alpha.is_some_and(|alpha| alpha * defocus < 0.0) {
+                self.turn_signs(theta, channel);
+            }
+        }
+    }
+
+    /// Changes the sign of the pupil of `channel`, which leaves its PSFs as they are.
+    fn turn_signs(&self, theta: &mut [f64], channel: usize) {
+        for k in self.free_parameters_of(channel) {
+            if let Parameter::Coefficient {
+                quantity: Quantity::Alpha | Quantity::Beta | Quantity::Gamma | Quantity::Delta,
+                ..
+            } = self.parameters[k]
+            {
+                theta[k] = -theta[k];
             }
         }
     }
@@ -574,7 +592,7 @@ impl ParameterLayout {
                     quantity: Quantity::Blur,
                     power: 0,
                     ..
-                } => *number = number.max(least_blur),
+                } => *number = number.clamp(least_blur, MAX_BLUR_PX2),
                 Parameter::Coefficient {
                     quantity: Quantity::Effect(which, k),
                     power: 0,

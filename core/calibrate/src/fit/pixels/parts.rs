@@ -38,7 +38,7 @@ impl Part {
                 degree,
                 least_degree: degree,
                 shared: self.fit.shared,
-                fixed: self.fit.fixed.contains(&k),
+                fixed: self.fit.fixed.contains(&k) || self.is_described(k, structure),
             });
         }
         extended
@@ -61,6 +61,21 @@ impl Part {
 
     pub(in crate::fit) fn is_determined_by(&self, tiles: usize) -> bool {
         tiles >= self.least_tiles()
+    }
+
+    /// Returns whether an effect of `structure` describes what parameter `k` does.
+    fn is_described(&self, k: usize, structure: &ModelStructure) -> bool {
+        let mut by = self.fit.described_by.iter();
+        by.any(|(of, effect)| *of == k && Self::of(*effect).is_in(structure))
+    }
+
+    /// Returns whether an effect of `structure` describes all that this part does.
+    pub(in crate::fit) fn is_contained_in(&self, structure: &ModelStructure) -> bool {
+        let mut effects = structure.effects.iter();
+        effects.any(|effect| {
+            let by = effect.description().fit.described_by;
+            by.iter().any(|(_, other)| other.id() == self.effect.id())
+        })
     }
 
     pub(in crate::fit) fn is_in(&self, structure: &ModelStructure) -> bool {

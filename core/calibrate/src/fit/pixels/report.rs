@@ -3,12 +3,14 @@
 use super::context::{FitContext, FittedLens};
 use super::covariance::{Correlation, CovarianceEstimate, PoorlyDetermined};
 use super::metric::Metric;
+use super::one_distance;
 use super::parameters::Quantity;
 use super::registered_centroids::registered_tiles;
 use super::vergence_law::Remainder;
 use super::{PupilModel, score};
 use crate::fit::axis::AxisEstimate;
 use crate::fit::axis_and_support;
+use crate::fit::coverage;
 use crate::fit::displacement::DisplacementTerms;
 use crate::fit::{AxisChoice, PupilSettings};
 use crate::measure::{MeasuredTile, Rejection};
@@ -17,7 +19,7 @@ use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::Result;
 use seidel_optics::lens::{VergencePoint, VergenceSeries};
 use seidel_optics::profile::{
-    LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel, Verdict,
+    HeldOut, LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel, Verdict,
 };
 
 /// A fitted pupil model and its report.
@@ -65,10 +67,11 @@ pub(super) fn assemble(
     fit: FittedLens,
     errors: &CovarianceEstimate,
     remainders: &[Remainder],
-    rejected: Vec<Rejection>,
+    mut rejected: Vec<Rejection>,
 ) -> Result<PupilFit> {
     let first = &context.sets[0];
     let registered = registered_tiles(context, &fit);
+    let law_of_camera = one_distance::law_of_camera(context);
     let channels: Vec<PupilChannel> = context
         .channel_names()
         .iter()
@@ -83,6 +86,9 @@ pub(super) fn assemble(
             channel.measured_vergence = context.range;
             channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
             set_displacement(context, &registered, index, &mut channel);
+            if let Some(camera) = &law_of_camera {
+                one_distance::set_law(&mut channel, camera, context.range.0);
+            }
             channel
         })
         .collect();
@@ -98,7 +104,10 @@ pub(super) fn assemble(
             settings: context.settings.describe(),
         },
     };
-    lens.held_out = score::held_out(context, &lens)?;
+    if let Some(score) = score::held_out(context, &lens)? {
+        lens.held_out = Some(score.held_out);
+        rejected.extend(score.outliers);
+    }
     let wrong = (lens.adequacy()).is_some_and(|a| a.verdict() != Verdict::Describes);
     if wrong {
         omit_standard_errors(&mut lens);
@@ -114,6 +123,9 @@ pub(super) fn assemble(
         }
     });
     let mut warnings = Vec::new();
+    warnings.extend(one_distance::remark(context, law_of_camera.as_ref()));
+    warnings.extend(coverage::remarks(&context.frame, context.measured));
+    warnings.extend(lens.held_out.as_ref().and_then(neighbours_remark));
     if let Some(adequacy) = lens.adequacy().filter(|_| wrong) {
         warnings.push(format!(
             "{adequacy}. Standard errors are not stated, since they assume the model"
@@ -144,6 +156,20 @@ pub(super) fn assemble(
         poorly_determined: errors.poorly_determined.clone(),
         converged: fit.converged,
         warnings,
+    })
+}
+
+/// Gain of neighbours over the model from which on it is said, dB.
+const MIN_NEIGHBOURS_GAIN_DB: f64 = 0.5;
+
+/// Returns a remark where the nearest fitted tiles predict held-out ones better than the model does.
+fn neighbours_remark(held_out: &HeldOut) -> Option<String> {
+    let neighbours = held_out.neighbours_snr_db?;
+    (neighbours > held_out.snr_db + MIN_NEIGHBOURS_GAIN_DB).then(|| {
+        format!(
+            "the nearest PSFs of the set predict held-out ones better than the lens does: {neighbours:.1} dB against {:.1} dB",
+            held_out.snr_db
+        )
     })
 }
 

@@ -17,7 +17,7 @@ fn amount(id: &str, values: &[FittedValue], lens: &LensProfile) -> String {
 }
 
 /// Returns a 50 mm lens at f/2 on pixels of 5 µm, focused at 2 m, with the pupil inverted if `sign` is -1.
-fn lens(sign: f64) -> LensProfile {
+pub(crate) fn lens(sign: f64) -> LensProfile {
     let slope = sign * 0.05 / 0.975 * 0.0125 / 5e-6;
     let none = VergenceSeries::constant(0.0);
     LensProfile {

@@ -24,6 +24,9 @@ pub(super) struct HeldOutFile {
     /// Mean over tiles of the share of light that the model puts into the wrong pixels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     misplaced_light: Option<f64>,
+    /// Mean signal-to-noise ratio of the nearest fitted tiles in place of the model, dB.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    neighbours_snr_db: Option<f64>,
     /// The scores by channel and distance.
     groups: Vec<GroupFile>,
     /// Adequacy of the model for the lens.
@@ -77,6 +80,7 @@ impl HeldOutFile {
                 })
                 .collect(),
             misplaced_light: held_out.misplaced_light,
+            neighbours_snr_db: held_out.neighbours_snr_db,
             adequacy: held_out.adequacy.as_ref().map(AdequacyFile::new),
         }
     }
@@ -100,6 +104,7 @@ impl HeldOutFile {
             pixel_gap: self.pixel_gap,
             groups: groups.collect::<Result<_>>()?,
             misplaced_light: self.misplaced_light,
+            neighbours_snr_db: self.neighbours_snr_db,
             adequacy: self.adequacy.map(AdequacyFile::adequacy).transpose()?,
         })
     }

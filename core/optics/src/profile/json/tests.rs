@@ -102,6 +102,7 @@ fn pupil_profile() -> LensProfile {
                 misplaced_light: Some(0.021),
             }],
             misplaced_light: Some(0.021),
+            neighbours_snr_db: Some(36.5),
             adequacy: Some(Adequacy {
                 noise_gap: 1e-4,
                 excess_gap: 3.6e-3,

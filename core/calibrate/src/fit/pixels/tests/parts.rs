@@ -75,6 +75,34 @@ fn a_decentred_lens_is_found_and_a_symmetric_model_of_it_reported() {
     );
 }
 
+/// Places per distance that are too few for two planes of symmetry, which take long to try.
+const FEW_PLACES: usize = 16;
+
+#[test]
+fn a_tilted_sensor_is_found_from_the_sizes_of_tiles_and_is_no_decentred_element() {
+    let values = [1.5, -5.0, 0.0, 0.0];
+    let lens = with(&effects::SensorTilt, &values);
+    let set = observed(&lens, FEW_PLACES, 0.0, &mut SplitMix64::new(12));
+    let fit = fitted(&set, PupilModel::Auto);
+    assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
+    for (k, want) in [(0, 1.5), (1, -5.0)] {
+        let got = found(&fit, "sensor_tilt", k).expect("tilted");
+        assert!((got - want).abs() < 0.05, "{k}: {got}");
+    }
+    assert_eq!(found(&fit, "decentre", 0), None);
+    let score = fit.lens.held_out.as_ref().expect("PSFs were held out");
+    let neighbours = score.neighbours_snr_db.expect("there are neighbours");
+    assert!(score.snr_db > neighbours + 10.0, "{neighbours}");
+
+    let symmetric = fitted(&set, PupilModel::Reduced);
+    let remarked = |w: &String| w.contains("the nearest PSFs of the set predict");
+    assert!(
+        symmetric.warnings.iter().any(remarked),
+        "{:?}",
+        symmetric.warnings
+    );
+}
+
 #[test]
 fn an_anamorphic_lens_is_found() {
     let mut lens = with(

@@ -1,0 +1,98 @@
+//! Fits with the camera's data: the side of focus, and one distance.
+
+use super::*;
+
+/// Defocus of the planted lens: in focus at 1 / 0.3 m.
+const ALPHA: [f64; 2] = [-6.0, 20.0];
+
+/// Returns a lens of almost pure defocus, of which moments tell no side, observed at `distances`.
+fn set_at(distances: &[f64], camera: Camera) -> ObservationSet {
+    let mut lens = planted(&mut SplitMix64::new(31));
+    lens.alpha = VergenceSeries::new(ALPHA.to_vec());
+    lens.beta = VergenceSeries::constant(0.02);
+    lens.gamma = VergenceSeries::constant(0.03);
+    // Positive by convention where nothing tells the sign.
+    lens.delta = VergenceSeries::constant(-0.4);
+    lens.phi = VergenceSeries::constant(0.05);
+    let mut set = observed(&lens, 12, 0.0, &mut SplitMix64::new(32));
+    set.observations
+        .retain(|o| (o.distance.vergence_per_m()).is_some_and(|v| distances.contains(&(1.0 / v))));
+    ObservationSet {
+        pixel_pitch_um: Some(10.0),
+        camera,
+        ..set
+    }
+}
+
+/// Returns the data of a thin lens with the defocus of [`ALPHA`].
+fn camera() -> Camera {
+    let (focal_m, focus) = (0.05, -ALPHA[0] / ALPHA[1]);
+    let image_m = focal_m / (1.0 - focal_m * focus);
+    Camera {
+        focal_length_mm: Some(1e3 * focal_m),
+        f_number: Some(focal_m * image_m / (2.0 * 10e-6 * ALPHA[1])),
+        focus_distance: ObjectDistance::Metres(1.0 / focus),
+        ..Camera::default()
+    }
+}
+
+fn fitted(set: &ObservationSet) -> PupilFit {
+    let settings = PupilSettings {
+        model: PupilModel::Reduced,
+        support: Support::AllPixels,
+        law_only: true,
+        ..PupilSettings::default()
+    };
+    fit_pupil(std::slice::from_ref(set), &settings, &no_progress).expect("a sound set")
+}
+
+fn alpha(fit: &PupilFit, metres: f64) -> f64 {
+    fit.lens.pupil_channels()[0].numbers(1.0 / metres).alpha
+}
+
+#[test]
+fn the_cameras_data_tell_the_side_of_focus() {
+    let unknown = fitted(&set_at(&[2.0, 6.0], Camera::default()));
+    let wrong = [2.0, 6.0].map(|m| alpha(&unknown, m) * (ALPHA[0] + ALPHA[1] / m) < 0.0);
+    assert_ne!(wrong, [false; 2], "these PSFs alone tell the side");
+
+    let fit = fitted(&set_at(&[2.0, 6.0], camera()));
+    for metres in [2.0, 6.0] {
+        let want = ALPHA[0] + ALPHA[1] / metres;
+        let got = alpha(&fit, metres);
+        assert!((got - want).abs() < 0.1, "{metres} m: {got} {want}");
+    }
+}
+
+#[test]
+fn camera_data_that_contradict_the_psfs_are_refused_by_name() {
+    let mut wrong = camera();
+    wrong.focus_distance = ObjectDistance::Metres(1.0);
+    let mut set = set_at(&[2.0, 3.0, 6.0], wrong);
+    // Aberrations that tell the side.
+    let mut lens = planted(&mut SplitMix64::new(33));
+    lens.alpha = VergenceSeries::new(ALPHA.to_vec());
+    lens.beta = VergenceSeries::constant(1.4);
+    let told = observed(&lens, 12, 0.0, &mut SplitMix64::new(34));
+    set.observations = told.observations;
+    let fit = fitted(&set);
+    assert!((alpha(&fit, 2.0) - 4.0).abs() < 0.1, "{}", alpha(&fit, 2.0));
+    let refused = |w: &String| w.contains("2 m") && w.contains("Check these three fields");
+    assert!(fit.warnings.iter().any(refused), "{:?}", fit.warnings);
+}
+
+#[test]
+fn one_distance_gets_its_depth_law_from_the_camera() {
+    let fit = fitted(&set_at(&[2.0], camera()));
+    for metres in [2.0, 6.0] {
+        let want = ALPHA[0] + ALPHA[1] / metres;
+        let got = alpha(&fit, metres);
+        assert!((got - want).abs() < 0.05, "{metres} m: {got} {want}");
+    }
+    assert!(fit.warnings[0].contains("thin lens"), "{:?}", fit.warnings);
+
+    let unknown = fitted(&set_at(&[2.0], Camera::default()));
+    assert_eq!(alpha(&unknown, 2.0), alpha(&unknown, 6.0));
+    let told = unknown.warnings[0].contains("the same at every other distance");
+    assert!(told, "{:?}", unknown.warnings);
+}
