@@ -5,16 +5,17 @@ use super::*;
 /// Defocus of the planted lens: in focus at 1 / 0.3 m.
 const ALPHA: [f64; 2] = [-6.0, 20.0];
 
-/// Returns a lens of almost pure defocus, of which moments tell no side, observed at `distances`.
-fn set_at(distances: &[f64], camera: Camera) -> ObservationSet {
+/// Returns a lens of pure defocus, which tells no side, observed at `distances` with a signal-to-noise ratio of `snr`.
+fn set_at(distances: &[f64], camera: Camera, snr: f64, seed: u64) -> ObservationSet {
     let mut lens = planted(&mut SplitMix64::new(31));
+    let none = VergenceSeries::constant(0.0);
     lens.alpha = VergenceSeries::new(ALPHA.to_vec());
-    lens.beta = VergenceSeries::constant(0.02);
-    lens.gamma = VergenceSeries::constant(0.03);
+    for number in [&mut lens.beta, &mut lens.gamma, &mut lens.phi] {
+        number.clone_from(&none);
+    }
     // Positive by convention where nothing tells the sign.
-    lens.delta = VergenceSeries::constant(-0.4);
-    lens.phi = VergenceSeries::constant(0.05);
-    let mut set = observed(&lens, 12, 0.0, &mut SplitMix64::new(32));
+    lens.delta = VergenceSeries::constant(if distances.len() == 1 { -0.4 } else { 0.0 });
+    let mut set = observed(&lens, 12, snr, &mut SplitMix64::new(seed));
     set.observations
         .retain(|o| (o.distance.vergence_per_m()).is_some_and(|v| distances.contains(&(1.0 / v))));
     ObservationSet {
@@ -52,23 +53,24 @@ fn alpha(fit: &PupilFit, metres: f64) -> f64 {
 
 #[test]
 fn the_cameras_data_tell_the_side_of_focus() {
-    let unknown = fitted(&set_at(&[2.0, 6.0], Camera::default()));
-    let wrong = [2.0, 6.0].map(|m| alpha(&unknown, m) * (ALPHA[0] + ALPHA[1] / m) < 0.0);
-    assert_ne!(wrong, [false; 2], "these PSFs alone tell the side");
-
-    let fit = fitted(&set_at(&[2.0, 6.0], camera()));
-    for metres in [2.0, 6.0] {
-        let want = ALPHA[0] + ALPHA[1] / metres;
-        let got = alpha(&fit, metres);
-        assert!((got - want).abs() < 0.1, "{metres} m: {got} {want}");
-    }
+    let distances = [2.0, 6.0];
+    let is_right = |fit: &PupilFit| {
+        distances
+            .iter()
+            .all(|m| (alpha(fit, *m) - ALPHA[0] - ALPHA[1] / m).abs() < 0.2)
+    };
+    let of = |camera, seed| fitted(&set_at(&distances, camera, 20.0, seed));
+    let misleading = (32..44).find(|seed| !is_right(&of(Camera::default(), *seed)));
+    let seed = misleading.expect("noise that hides the side");
+    let fit = of(camera(), seed);
+    assert!(is_right(&fit), "{} {}", alpha(&fit, 2.0), alpha(&fit, 6.0));
 }
 
 #[test]
 fn camera_data_that_contradict_the_psfs_are_refused_by_name() {
     let mut wrong = camera();
     wrong.focus_distance = ObjectDistance::Metres(1.0);
-    let mut set = set_at(&[2.0, 3.0, 6.0], wrong);
+    let mut set = set_at(&[2.0, 3.0, 6.0], wrong, 0.0, 32);
     // Aberrations that tell the side.
     let mut lens = planted(&mut SplitMix64::new(33));
     lens.alpha = VergenceSeries::new(ALPHA.to_vec());
@@ -83,7 +85,7 @@ fn camera_data_that_contradict_the_psfs_are_refused_by_name() {
 
 #[test]
 fn one_distance_gets_its_depth_law_from_the_camera() {
-    let fit = fitted(&set_at(&[2.0], camera()));
+    let fit = fitted(&set_at(&[2.0], camera(), 0.0, 32));
     for metres in [2.0, 6.0] {
         let want = ALPHA[0] + ALPHA[1] / metres;
         let got = alpha(&fit, metres);
@@ -91,7 +93,7 @@ fn one_distance_gets_its_depth_law_from_the_camera() {
     }
     assert!(fit.warnings[0].contains("thin lens"), "{:?}", fit.warnings);
 
-    let unknown = fitted(&set_at(&[2.0], Camera::default()));
+    let unknown = fitted(&set_at(&[2.0], Camera::default(), 0.0, 32));
     assert_eq!(alpha(&unknown, 2.0), alpha(&unknown, 6.0));
     let told = unknown.warnings[0].contains("the same at every other distance");
     assert!(told, "{:?}", unknown.warnings);
