@@ -4,7 +4,7 @@ use std::ffi::CStr;
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, PresetMenu};
 use crate::lens::built_in;
 
 /// Mode: apply blur.
@@ -41,14 +41,11 @@ pub(crate) static PROFILE: Knob = Knob {
     kind: Kind::File,
 };
 
-/// The entry of the folder's menu that chooses no profile.
-pub(crate) const NONE_CHOSEN: &CStr = c"Choose...";
-
 pub(crate) static FOLDER: Knob = Knob {
     name: c"lensFolder",
     label: c"Lens Folder",
     hint: c"Profiles in the folder that the environment variable SEIDEL_LENSES names: a choice goes to Lens and Lens File. The menu is read when the plugin is loaded.",
-    kind: Kind::FolderMenu,
+    kind: Kind::Presets(PresetMenu::LensFolder),
 };
 
 pub(crate) static RELOAD: Knob = Knob {
@@ -152,7 +149,7 @@ pub(crate) static FRAME: Knob = Knob {
 
 pub(crate) static AXIS_OFFSET: Knob = Knob {
     name: c"axisOffset",
-    label: c"Axis Offset",
+    label: c"Axis Offset (px)",
     hint: c"Offset of the optical axis from the centre, in pixels at full resolution: for plates cropped off-centre.",
     kind: Kind::Pair {
         default: (0.0, 0.0),
