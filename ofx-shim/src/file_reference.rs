@@ -7,7 +7,7 @@ use std::path::Path;
 
 use seidel_optics::library;
 
-/// What separates folders in paths, on any platform on which a project may have been saved.
+/// Separators of folders in paths, on all platforms on which a project may have been saved.
 const SEPARATORS: [char; 2] = ['/', '\\'];
 
 /// The scheme of configs that are built into OpenColorIO.

@@ -125,6 +125,7 @@ fn the_panel_follows_the_work() {
             .collect();
         let order = [
             ("Lens", ""),
+            ("Lens Details", "closed"),
             ("Depth", ""),
             ("Focus", ""),
             ("Look", "closed"),

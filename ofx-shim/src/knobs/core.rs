@@ -36,9 +36,9 @@ static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
 
 /// Returns the knobs of a group of the core's table, each with its row.
 pub(super) fn knobs_of(
-    group: Option<HostGroup>,
+    group: HostGroup,
 ) -> impl Iterator<Item = (&'static seidel_core::Knob, &'static Knob)> {
-    let rows = ROWS.iter().filter(move |row| Some(row.group) == group);
+    let rows = ROWS.iter().filter(move |row| row.group == group);
     rows.map(|row| (row.row, &row.knob))
 }
 

@@ -20,7 +20,7 @@ const PAGE: &CStr = c"Controls";
 /// Largest coordinate of positions, in pixels. Infinity is no valid range in Nuke.
 const MAX_POSITION: f64 = 1e6;
 /// Largest coordinate of positions on sliders, in pixels.
-const MAX_SLIDER_POSITION: f64 = 10_000.0;
+const MAX_SLIDER_POSITION: f64 = 4000.0;
 
 /// Declares all knobs to a descriptor.
 pub(crate) fn declare(effect: &Effect) {

@@ -1,6 +1,6 @@
 //! The depth group: the depth pass and its convention.
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 pub(crate) static USE_DEPTH: Knob = Knob {
     name: c"useDepth",
@@ -161,5 +161,5 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&DISTANCE),
         Own::first(&RAY_FOCAL),
     ],
-    table: None,
+    table: Rows::None,
 };

@@ -2,7 +2,7 @@
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 /// Focus: as measured.
 pub(crate) const AS_MEASURED: i32 = 0;
@@ -66,5 +66,5 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&PLANE),
         Own::first(&POINT),
     ],
-    table: Some(HostGroup::Focus),
+    table: Rows::Of(HostGroup::Focus),
 };

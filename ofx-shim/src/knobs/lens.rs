@@ -1,10 +1,10 @@
-//! The lens group: the lens, the strength of its blur, and its frame on the plate.
+//! The lens groups: the lens and the strength of its blur; its data, channels and frame on the plate.
 
 use std::ffi::CStr;
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own, PresetMenu};
+use super::{Group, Kind, Knob, Own, PresetMenu, Rows};
 use crate::lens::built_in;
 
 /// Mode: apply blur.
@@ -157,6 +157,9 @@ pub(crate) static AXIS_OFFSET: Knob = Knob {
     },
 };
 
+/// The knobs of the core's table with which most shots are set up.
+const MAIN: &[&str] = &["amount", "focal-length-mm", "f-number"];
+
 pub(crate) static GROUP: Group = Group {
     name: c"lensGroup",
     label: c"Lens",
@@ -170,14 +173,23 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&RELOADS),
         Own::first(&TO_LENS),
         Own::first(&TO_PROFILE),
+    ],
+    table: Rows::Only(HostGroup::Lens, MAIN),
+};
+
+pub(crate) static DETAILS: Group = Group {
+    name: c"lensDetailsGroup",
+    label: c"Lens Details",
+    open: false,
+    own: &[
         Own::first(&DATA),
         Own::first(&DATA_START),
         Own::first(&SHOW_DATA),
-        Own::after("amount", &RED_SCALE),
-        Own::after("amount", &GREEN_SCALE),
-        Own::after("amount", &BLUE_SCALE),
+        Own::first(&RED_SCALE),
+        Own::first(&GREEN_SCALE),
+        Own::first(&BLUE_SCALE),
         Own::after("geometry", &FRAME),
         Own::after("film-back-mm", &AXIS_OFFSET),
     ],
-    table: Some(HostGroup::Lens),
+    table: Rows::But(HostGroup::Lens, MAIN),
 };

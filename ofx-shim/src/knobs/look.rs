@@ -4,7 +4,7 @@ use std::ffi::CString;
 
 use seidel_core::{Blades, HostGroup, LookPreset};
 
-use super::{Group, Kind, Knob, Own, PresetMenu, named};
+use super::{Group, Kind, Knob, Own, PresetMenu, Rows, named};
 use crate::host::{Change, ParameterValue};
 
 /// Blades: those of the lens.
@@ -102,7 +102,7 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&BLADES),
         Own::after("rotation", &USE_APERTURE),
     ],
-    table: Some(HostGroup::Look),
+    table: Rows::Of(HostGroup::Look),
 };
 
 #[cfg(test)]

@@ -95,8 +95,34 @@ pub(crate) struct Group {
     pub(crate) open: bool,
     /// The node's own knobs.
     pub(crate) own: &'static [Own],
-    /// The group of the core's table whose knobs stand here, too.
-    pub(crate) table: Option<HostGroup>,
+    /// The knobs of the core's table that stand here, too.
+    pub(crate) table: Rows,
+}
+
+/// Knobs of the core's table.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Rows {
+    None,
+    /// All of a group.
+    Of(HostGroup),
+    /// Those of a group that are called so.
+    Only(HostGroup, &'static [&'static str]),
+    /// Those of a group that are not called so.
+    But(HostGroup, &'static [&'static str]),
+}
+
+impl Rows {
+    /// Returns the knobs, each with its row.
+    fn knobs(self) -> impl Iterator<Item = (&'static seidel_core::Knob, &'static Knob)> {
+        let (group, names, is_wanted) = match self {
+            Self::None => (None, &[][..], false),
+            Self::Of(group) => (Some(group), &[][..], false),
+            Self::Only(group, names) => (Some(group), names, true),
+            Self::But(group, names) => (Some(group), names, false),
+        };
+        let rows = group.into_iter().flat_map(core::knobs_of);
+        rows.filter(move |(row, _)| names.contains(&row.name) == is_wanted)
+    }
 }
 
 /// A knob of the node's own.
@@ -126,7 +152,7 @@ impl Group {
             own.map(|own| own.knob)
         };
         let mut knobs: Vec<_> = own_after("").collect();
-        for (row, knob) in core::knobs_of(self.table) {
+        for (row, knob) in self.table.knobs() {
             knobs.push(knob);
             knobs.extend(own_after(row.name));
         }
@@ -135,8 +161,9 @@ impl Group {
 }
 
 /// All groups, in the order in which hosts show them.
-pub(crate) static ALL: [&Group; 8] = [
+pub(crate) static ALL: [&Group; 9] = [
     &lens::GROUP,
+    &lens::DETAILS,
     &depth::GROUP,
     &focus::GROUP,
     &look::GROUP,

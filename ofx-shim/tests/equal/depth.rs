@@ -102,7 +102,7 @@ fn the_colour_of_the_plate_is_no_depth() {
     assert!(warning.contains("Depth Layer"), "{warning}");
 }
 
-/// What the command says as a note: the lens was measured up to infinity, and everything is a kilometre away.
+/// The command says it as a note, too: the lens was measured up to infinity, and everything is a kilometre away.
 #[test]
 fn millimetres_read_as_metres_are_noted() {
     let host = Host::new();
