@@ -109,7 +109,10 @@ fn difference(expected: &Path, found: &Path) -> Result<f32, String> {
     let peak = expected.iter().fold(0.0_f32, |peak, v| peak.max(*v));
     let apart = expected.iter().zip(&found).map(|(a, b)| (a - b).abs());
     // NaN counts as a difference.
-    let largest = apart.fold(0.0_f32, |most, v| if v <= most { most } else { v });
+    let largest = apart.fold(
+        0.0_f32,
+        |most, v| if v <= most || most.is_nan() { most } else { v },
+    );
     Ok(largest / peak)
 }
 
