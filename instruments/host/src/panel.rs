@@ -1,5 +1,7 @@
 //! The panel of a plugin's parameters, in the order in which a host shows them.
 
+use std::sync::Arc;
+
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::param::*;
 
@@ -19,44 +21,38 @@ pub struct Row {
     pub details: String,
 }
 
-/// Returns the rows of the first page of a descriptor; without a page, all parameters in the order of their definition.
+/// Returns the rows of the first page of a descriptor, of all parameters if it has no page, without hidden ones.
 #[must_use]
 pub fn panel(descriptor: &Effect, host: &Profile) -> Vec<Row> {
-    let all = &descriptor.parameters;
-    let Some(page) = pages(all).into_iter().next() else {
-        let rows = all.all().into_iter();
-        return rows.map(|parameter| row(&parameter)).collect();
+    let mut all = descriptor.parameters.all();
+    let pages = pages(&descriptor.parameters);
+    let mut names: Vec<String> = match pages.first() {
+        Some(page) => page.properties.texts(kOfxParamPropPageChild),
+        None => all.iter().map(|one| one.name.clone()).collect(),
     };
-    let mut names = page.properties.texts(kOfxParamPropPageChild);
     if host.appends_unlisted_groups {
-        let groups = all.all().into_iter().filter(|one| is_group(one));
-        let unlisted: Vec<_> = groups
-            .map(|group| group.name.clone())
-            .filter(|name| !names.contains(name))
-            .collect();
-        names.extend(unlisted);
+        let groups = all.iter().filter(|one| is_group(one));
+        let groups: Vec<_> = groups.map(|one| one.name.clone()).collect();
+        let unlisted = groups.into_iter().filter(|name| !names.contains(name));
+        names.extend(unlisted.collect::<Vec<_>>());
     }
-    let listed: Vec<_> = names.iter().filter_map(|name| all.get(name)).collect();
+    let place_of = |name: &str| names.iter().position(|listed| listed == name);
+    all.retain(|one| {
+        place_of(&one.name).is_some() && one.properties.int(kOfxParamPropSecret) != Some(1)
+    });
     // A host shows a parameter where its group stands.
-    let mut rows = Vec::new();
-    for parameter in listed.iter().filter(|one| group_of(one).is_none()) {
-        rows.push(row(parameter));
-        let inside = (listed.iter()).filter(|one| group_of(one).as_ref() == Some(&parameter.name));
-        rows.extend(inside.map(|one| row(one)));
-    }
-    // Groups that are not on the page keep their parameters where those are listed.
-    let orphans: Vec<_> = listed
-        .iter()
-        .map(|one| row(one))
-        .filter(|one| !rows.contains(one))
-        .collect();
-    rows.extend(orphans);
-    rows.retain(|row| !row.details.contains("hidden"));
-    rows
+    all.sort_by_key(|one| {
+        let own = place_of(&one.name);
+        match group_of(one).and_then(|group| place_of(&group)) {
+            Some(group) => (Some(group), own.map(|own| own + 1)),
+            None => (own, None),
+        }
+    });
+    all.iter().map(|one| row(one)).collect()
 }
 
 /// Returns the pages.
-pub(crate) fn pages(all: &ParameterSet) -> Vec<std::sync::Arc<Parameter>> {
+pub(crate) fn pages(all: &ParameterSet) -> Vec<Arc<Parameter>> {
     let mut pages = all.all();
     pages.retain(|one| one.kind.as_c_str() == kOfxParamTypePage);
     pages
@@ -76,9 +72,6 @@ pub(crate) fn group_of(parameter: &Parameter) -> Option<String> {
 fn row(parameter: &Parameter) -> Row {
     let set = &parameter.properties;
     let mut details = Vec::new();
-    if set.int(kOfxParamPropSecret) == Some(1) {
-        details.push("hidden".to_owned());
-    }
     if is_group(parameter) && set.int(kOfxParamPropGroupOpen) == Some(0) {
         details.push("closed".to_owned());
     }

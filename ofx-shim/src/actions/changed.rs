@@ -1,13 +1,13 @@
 //! InstanceChanged: a parameter was changed by the user, by the plugin, or by a project that was loaded.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 
 use seidel_optics::library;
 
 use super::{Answer, check_lens, enabled, guess_depth, persistent_message, show_lens_data};
 use crate::clips::DEPTH;
-use crate::host::{Call, ParameterValue, Result};
-use crate::knobs::{Knobs, focus, lens, look, remove};
+use crate::host::{Call, Change, ParameterSet, ParameterValue, Result};
+use crate::knobs::{Knob, Knobs, focus, lens, look, remove};
 use crate::lens::built_in;
 use crate::rendering::focus_at;
 use crate::sys::param::CHOICE_OPTION;
@@ -39,10 +39,12 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     if by_user && call.arguments.equals(NAME, look::PRESET.name) {
         let parameters = call.effect.parameters();
         let index = parameters.int(look::PRESET.name, time).unwrap_or(0);
-        let changes = look::preset_changes(index);
-        if !changes.is_empty() {
-            parameters.set(c"Set look", &changes);
-        }
+        set_by_menu(
+            &parameters,
+            &look::PRESET,
+            c"Set look",
+            &look::preset_changes(index),
+        );
     }
     if by_user && call.arguments.equals(NAME, remove::CHECK_LENS.name) {
         check_lens::check(call);
@@ -75,8 +77,16 @@ fn choose_own_lens(call: &Call, time: f64) {
         let changes = [
             (lens::LENS.name, ParameterValue::Int(built_in::FILE)),
             (lens::PROFILE.name, ParameterValue::Text(reference)),
-            (lens::FOLDER.name, ParameterValue::Int(0)),
         ];
-        parameters.set(c"Choose lens", &changes);
+        set_by_menu(&parameters, &lens::FOLDER, c"Choose lens", &changes);
+    }
+}
+
+/// Makes the changes that the user chose in a `menu`, in one undo step, and sets the menu back outside it: undoing that would choose
+/// the entry again.
+fn set_by_menu(parameters: &ParameterSet, menu: &Knob, step: &CStr, changes: &[Change]) {
+    if !changes.is_empty() {
+        parameters.follow(&[(menu.name, ParameterValue::Int(0))]);
+        parameters.set(step, changes);
     }
 }

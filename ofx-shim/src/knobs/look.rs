@@ -48,16 +48,14 @@ pub(super) fn preset_labels() -> Vec<CString> {
         .collect()
 }
 
-/// Returns the changes that the entry `index` of [`PRESET`] makes; none for the one that chooses nothing.
+/// Returns the changes of other knobs that the entry `index` of [`PRESET`] makes; none for the one that chooses nothing.
 pub(crate) fn preset_changes(index: i32) -> Vec<Change> {
-    let Some(index) = usize::try_from(index)
-        .ok()
-        .and_then(|index| index.checked_sub(1))
-    else {
+    let Some(index) = usize::try_from(index).ok().filter(|index| *index > 0) else {
         return Vec::new();
     };
+    // The first entry is the look of the lens.
     let preset = index
-        .checked_sub(1)
+        .checked_sub(2)
         .and_then(|index| LookPreset::all().get(index));
     let blades = blade_index(preset.and_then(|preset| preset.blades));
     let numbers: Vec<_> = match preset {
@@ -66,11 +64,8 @@ pub(crate) fn preset_changes(index: i32) -> Vec<Change> {
     };
     let numbers = numbers.into_iter();
     let numbers = numbers.map(|(row, value)| (named(row.name).name, ParameterValue::Double(value)));
-    let first = [
-        (PRESET.name, ParameterValue::Int(0)),
-        (BLADES.name, ParameterValue::Int(blades)),
-    ];
-    first.into_iter().chain(numbers).collect()
+    let blades = (BLADES.name, ParameterValue::Int(blades));
+    std::iter::once(blades).chain(numbers).collect()
 }
 
 pub(crate) static BLADES: Knob = Knob {
@@ -112,6 +107,7 @@ mod tests {
     #[test]
     fn presets_set_every_knob_of_the_look() {
         assert!(preset_changes(0).is_empty());
+        assert!(preset_changes(-1).is_empty());
         let menu = preset_labels();
         assert_eq!(menu.len(), 1 + LookPreset::all().len());
         let neutral = preset_changes(1);
