@@ -1,7 +1,7 @@
 //! The options and commands behind the terms of messages that come from the libraries.
 
 /// Terms of the libraries, each with what a user of the command gives or runs for it.
-const TERMS: [(&str, &str); 14] = [
+const TERMS: [(&str, &str); 19] = [
     ("reduced model", "--model reduced"),
     ("extended model", "--model extended"),
     ("as a fit writes it", "seidel fit"),
@@ -12,6 +12,11 @@ const TERMS: [(&str, &str); 14] = [
     ("larger sheet", "--paper"),
     ("one value for all colours", "--noise"),
     ("whole plate one distance", "--distance"),
+    ("path of the config", "--ocio"),
+    ("as the working space", "--working-space"),
+    ("give the focus distance", "--focus-distance"),
+    ("value a frame", "--animate"),
+    ("channel that holds depth", "--depth FILE:CHANNEL"),
     ("depth kind", "--depth-kind"),
     ("depth unit", "--depth-unit"),
     ("near and far distances", "--near, --far"),

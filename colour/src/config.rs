@@ -111,7 +111,7 @@ impl Config {
                 &self.name,
                 format!("role {SCENE_LINEAR}"),
                 "the config lacks this role",
-                "name a scene-linear space of the config as the working space (--working-space)",
+                "name a scene-linear space of the config as the working space",
             )
         })
     }
@@ -230,7 +230,7 @@ fn read(engine: &dyn ColourEngine, source: &Source) -> Result<Box<dyn EngineConf
             ));
         }
         Source::File(path) if path.exists() => "correct the config, or give another",
-        Source::File(_) => "check --ocio and the environment variable OCIO",
+        Source::File(_) => "check the path of the config and the environment variable OCIO",
     };
     limits::check(source)?;
     engine.load(source).map_err(|message| {

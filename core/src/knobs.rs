@@ -6,6 +6,7 @@ mod focus;
 mod kind;
 mod lens;
 mod look;
+mod preset;
 mod removal;
 mod render;
 mod words;
@@ -14,6 +15,7 @@ pub use choice::{Choice, ChoiceOption};
 pub use kind::{
     HostGroup, HostKnob, Knob, KnobKind, KnobScope, KnobUse, Mode, Number, Relation, Switch, Unit,
 };
+pub use preset::LookPreset;
 
 use seidel_optics::error::Result;
 
@@ -30,6 +32,12 @@ impl Knob {
             removal::KNOBS,
         ];
         tables.into_iter().flatten()
+    }
+
+    /// Returns the numbers of a [`Look`](crate::Look), each with its default.
+    pub fn numbers_of_look() -> impl Iterator<Item = (&'static Self, f64)> {
+        let knobs = Self::all().filter(|knob| knob.is_of_look());
+        knobs.filter_map(|knob| Some((knob, knob.number()?.default?)))
     }
 
     /// Returns the knob called `name`.

@@ -188,8 +188,8 @@ pub use coc_scale::{COC_SCALE, CocColours, CocStop};
 pub use diagnose::diagnose;
 pub use image::{AlphaKind, Image};
 pub use knobs::{
-    Choice, ChoiceOption, HostGroup, HostKnob, Knob, KnobKind, KnobScope, KnobUse, Mode, Number,
-    Relation, Switch, Unit,
+    Choice, ChoiceOption, HostGroup, HostKnob, Knob, KnobKind, KnobScope, KnobUse, LookPreset,
+    Mode, Number, Relation, Switch, Unit,
 };
 pub use lens::Lens;
 pub use margins::Margins;

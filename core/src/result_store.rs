@@ -6,11 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Results of renders, known by a hash of all that they were made from: the [fingerprint] of the plate and the part that was
 /// rendered. A host that asks for the same render with another mix or mask then needs no render.
 ///
-/// The results that were used last stay, as many as fit into a number of bytes.
+/// The results that were used last stay, up to a number of them and of bytes.
 ///
 /// [fingerprint]: crate::LensSession::fingerprint
 #[derive(Debug)]
 pub struct ResultStore<T> {
+    max_count: usize,
     max_bytes: usize,
     /// The results used last are at the front.
     kept: Mutex<VecDeque<Kept<T>>>,
@@ -24,9 +25,10 @@ struct Kept<T> {
 }
 
 impl<T> ResultStore<T> {
-    /// Creates an empty store that keeps results of at most `max_bytes` bytes together.
-    pub const fn new(max_bytes: usize) -> Self {
+    /// Creates an empty store that keeps `max_count` results of at most `max_bytes` bytes together.
+    pub const fn new(max_count: usize, max_bytes: usize) -> Self {
         Self {
+            max_count,
             max_bytes,
             kept: Mutex::new(VecDeque::new()),
         }
@@ -51,6 +53,7 @@ impl<T> ResultStore<T> {
             return;
         }
         kept.push_front(Kept { key, bytes, result });
+        kept.truncate(self.max_count);
         let mut sum = 0;
         kept.retain(|other| {
             sum += other.bytes;
@@ -75,7 +78,7 @@ mod tests {
 
     #[test]
     fn the_results_used_last_stay() {
-        let store = ResultStore::new(100);
+        let store = ResultStore::new(9, 100);
         for key in 0..3 {
             store.insert(key, 40, Arc::new(key));
         }
@@ -91,8 +94,17 @@ mod tests {
     }
 
     #[test]
+    fn small_results_do_not_pile_up() {
+        let store = ResultStore::new(2, 100);
+        for key in 0..3 {
+            store.insert(key, 1, Arc::new(key));
+        }
+        assert!(store.get(0).is_none() && store.get(1).is_some() && store.get(2).is_some());
+    }
+
+    #[test]
     fn results_larger_than_the_store_are_not_kept() {
-        let store = ResultStore::new(100);
+        let store = ResultStore::new(9, 100);
         store.insert(1, 40, Arc::new(1));
         store.insert(2, 101, Arc::new(2));
         assert!(store.get(2).is_none() && store.get(1).is_some());

@@ -8,6 +8,7 @@ use seidel_core::{
 };
 
 use crate::depth::DepthEncoding;
+use crate::file_reference;
 use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
 use crate::knobs::{Knob, Knobs, depth, focus, lens, look, render};
@@ -28,7 +29,9 @@ pub(crate) enum HostQuality {
 /// No file chosen, and a file that cannot be read or is not a lens profile.
 pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc<Lens>> {
     let origin = match knobs.choice(menu) {
-        built_in::FILE => LensOrigin::File(knobs.text(file).trim().to_owned()),
+        built_in::FILE => {
+            LensOrigin::File(file_reference::lens(knobs.text(file).trim()).to_owned())
+        }
         index => LensOrigin::BuiltIn(index),
     };
     if origin == LensOrigin::File(String::new()) {

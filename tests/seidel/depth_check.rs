@@ -27,15 +27,32 @@ fn room() -> Vec<(f64, f64)> {
 }
 
 fn write(path: &Path, depth: &dyn Fn(f64, f64) -> f64) {
+    write_room(path, &["Y"], depth);
+}
+
+/// Writes a plate of the room with these colours, all alike, and as Z what `depth` gives for both distances of a pixel.
+pub(crate) fn write_room(path: &Path, colours: &[&str], depth: &dyn Fn(f64, f64) -> f64) {
     let pixels = room();
     let depth = pixels.iter().map(|(z, ray)| depth(*z, *ray) as f32);
-    let light = vec![0.5; pixels.len()];
-    write_exr(
-        path,
-        SIZE.0,
-        SIZE.1,
-        &[("Y", light), ("Z", depth.collect())],
+    let light: Vec<f32> = (0..pixels.len()).map(|k| 0.5 + (k % 3) as f32).collect();
+    let colours = colours.iter().map(|name| (*name, light.clone()));
+    let channels: Vec<_> = colours.chain([("Z", depth.collect())]).collect();
+    write_exr(path, SIZE.0, SIZE.1, &channels);
+}
+
+#[test]
+fn a_colour_of_the_plate_is_reported_as_no_depth() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_moments_lens(folder, &["Y"]);
+    write(&folder.join("plate.exr"), &|z, _| z);
+    let line = "apply --lens @lens.json @plate.exr -o @out.exr --amount 0 --depth @plate.exr:Y";
+    let message = succeeds(folder, line).stderr;
+    assert!(
+        message.contains("equals a colour of the plate"),
+        "{message}"
     );
+    assert!(message.contains("(--depth FILE:CHANNEL)"), "{message}");
 }
 
 #[test]

@@ -47,7 +47,8 @@ pub(crate) fn try_in_host(
     try_in_host_with(folder, depth.into_iter().collect(), knobs)
 }
 
-fn depth_of_plate(folder: &Path) -> ClipFile {
+/// Returns the input Depth of the channel Z of the plate.
+pub(crate) fn depth_of_plate(folder: &Path) -> ClipFile {
     ClipFile {
         clip: "Depth".to_owned(),
         file: folder.join("plate.exr"),
@@ -74,12 +75,18 @@ pub(crate) fn try_in_host_with(
     job(folder, inputs, knobs).run()
 }
 
-fn job(folder: &Path, inputs: Vec<ClipFile>, knobs: &[(&str, &str)]) -> RenderJob {
-    let mut feeds = vec![ClipFile {
-        clip: "Source".to_owned(),
-        file: folder.join("plate.exr"),
+/// Returns the colour of a `file` of `folder` as the input `clip`.
+pub(crate) fn colour_of(folder: &Path, clip: &str, file: &str) -> ClipFile {
+    ClipFile {
+        clip: clip.to_owned(),
+        file: folder.join(file),
         channel: None,
-    }];
+    }
+}
+
+/// Returns the job of a render of `plate.exr` with `lens.json`, both of `folder`.
+pub(crate) fn job(folder: &Path, inputs: Vec<ClipFile>, knobs: &[(&str, &str)]) -> RenderJob {
+    let mut feeds = vec![colour_of(folder, "Source", "plate.exr")];
     feeds.extend(inputs);
     let lens = folder.join("lens.json").display().to_string();
     let always = [("lens", "Lens File"), ("profile", lens.as_str())];

@@ -196,6 +196,41 @@ fn looks_equal_the_command() {
     assert_equals_command(&host, folder, &format!("{line} {bloom}"));
 }
 
+/// A look with a name sets the knobs of the look; those that are given beside it come first.
+#[test]
+fn looks_with_a_name_equal_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    write_shades(folder, |shade, k| {
+        shade * if k.is_multiple_of(517) { 30.0 } else { 0.2 }
+    });
+    let line = "apply --lens @lens.json --distance 1.2";
+    let render = |knobs: &[(&str, &str)]| {
+        in_host(
+            folder,
+            DepthInput::None,
+            &[&[("distance", "1.2")], knobs].concat(),
+        )
+    };
+    let swirl = render(&[("lookPreset", "Swirl")]);
+    assert_equals_command(&swirl, folder, &format!("{line} --look swirl"));
+    let options = "--blades 0 --cats-eye 1 --spherical 0.3";
+    assert_equals_command(&swirl, folder, &format!("{line} {options}"));
+    // One look takes the place of another, but for what was changed since.
+    let host = render(&[
+        ("lookPreset", "Swirl"),
+        ("lookPreset", "Anamorphic"),
+        ("catsEye", "0"),
+        ("blades", "6"),
+    ]);
+    let line = format!("{line} --look anamorphic --cats-eye 0 --blades 6");
+    assert_equals_command(&host, folder, &line);
+    assert_ne!(host.samples, swirl.samples);
+    let host = render(&[("lookPreset", "Swirl"), ("lookPreset", "As Lens")]);
+    assert_eq!(host.samples, render(&[]).samples);
+}
+
 #[test]
 fn pictures_of_the_aperture_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");

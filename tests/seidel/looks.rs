@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use seidel_core::LookPreset;
+
 use crate::support::{read_channel, seidel_in, succeeds, write_exr, write_moments_lens};
 
 const WIDTH: usize = 150;
@@ -251,5 +253,23 @@ fn bad_looks_are_refused_with_their_option_and_a_remedy() {
     assert_eq!(refused.status, 1);
     for word in ["lens.json", "look", "--model reduced"] {
         assert!(refused.stderr.contains(word), "{}", refused.stderr);
+    }
+}
+
+/// Every look with a name gives what the guide says that it stands for.
+#[test]
+fn the_guide_lists_the_looks_with_a_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_lamp(folder);
+    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/guide/looks.md");
+    let guide = std::fs::read_to_string(guide).expect("the guide");
+    for preset in LookPreset::all() {
+        let start = format!("| `{}` | ", preset.name);
+        let row = guide.lines().find(|line| line.starts_with(&start));
+        let options = row.and_then(|row| row.split('`').nth(3));
+        let options = options.unwrap_or_else(|| panic!("no row {start}"));
+        let named = blurred(folder, &format!("--look {}", preset.name));
+        assert_eq!(named, blurred(folder, options), "{options}");
     }
 }

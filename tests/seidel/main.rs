@@ -39,6 +39,7 @@ mod measure_chart;
 mod measure_edges;
 mod measure_lights;
 mod measure_match;
+mod natron_in_hosts;
 mod occlusion;
 mod pinholes;
 mod progress;

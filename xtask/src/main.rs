@@ -1,7 +1,7 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `knobs` what else follows from the
 //! table of knobs, `bundle` builds
 //! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `yardsticks` compares with simple programs, `endurance` long runs, `library` writes the lens
-//! library, `luts` the colour config and its tables, and `pictures` draws the pictures of `docs/`.
+//! library, `luts` the colour config and its tables, `natron` compares with an installed Natron, and `pictures` draws the pictures of `docs/`.
 
 mod attack;
 mod bundle;
@@ -10,6 +10,7 @@ mod header;
 mod knobs;
 mod library;
 mod luts;
+mod natron;
 mod pictures;
 mod tidy;
 mod workspace;
@@ -31,6 +32,7 @@ const USAGE: &str = "usage: cargo xtask TASK
                               build the release archive of this platform, with notices and checksums
   library [--check]           write the lens library, core/optics/library, or check that it is up to date
   luts [--check]              write the colour config and tables of luts/, or check that they are up to date
+  natron [--natron FILE]      render through an installed Natron, and compare with the command; skipped without one
   pictures [--programs FOLDER] [NAME...]
                               draw the pictures of docs/ from program output";
 
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         "bundle" => bundle::run(&root, arguments),
         "library" => library::run(&root, arguments),
         "luts" => luts::run(&root, arguments),
+        "natron" => natron::run(&root, arguments),
         "pictures" => pictures::run(&root, arguments),
         _ => {
             eprintln!("{USAGE}");

@@ -1,6 +1,7 @@
 //! Options of the knobs in the core's table: names, helps, ranges and defaults follow from it.
 
 use clap::builder::PossibleValue;
+use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
 use seidel_core::{Choice, HostGroup, Knob, KnobKind, KnobScope, Number, Relation, Settings, Unit};
 
@@ -27,6 +28,8 @@ pub(crate) struct KnobArgs<const SCOPE: usize> {
 struct KnobOption {
     knob: &'static Knob,
     value: KnobValue,
+    /// Whether it is on the command line.
+    is_given: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -60,6 +63,7 @@ impl<const SCOPE: usize> FromArgMatches for KnobArgs<SCOPE> {
         let values = knobs_of(SCOPE).map(|knob| KnobOption {
             knob,
             value: value(knob, matches),
+            is_given: matches.value_source(knob.name) == Some(ValueSource::CommandLine),
         });
         Ok(Self {
             values: values.collect(),
@@ -169,6 +173,19 @@ impl<const SCOPE: usize> KnobArgs<SCOPE> {
     pub(crate) fn is_given(&self, name: &str) -> bool {
         let mut given = self.values.iter();
         given.any(|o| o.knob.name == name && matches!(o.value, KnobValue::Number(Some(_))))
+    }
+
+    /// Returns the knobs with these `values` of numbers, where the command line gives none.
+    pub(crate) fn with_defaults(&self, values: impl Iterator<Item = (&'static Knob, f64)>) -> Self {
+        let mut knobs = self.clone();
+        for (knob, value) in values {
+            let mut options = knobs.values.iter_mut();
+            let option = options.find(|option| option.knob.name == knob.name);
+            if let Some(option) = option.filter(|option| !option.is_given) {
+                option.value = KnobValue::Number(Some(value));
+            }
+        }
+        knobs
     }
 
     /// Returns the knobs that are numbers.

@@ -137,7 +137,7 @@ pub(super) static KNOBS: &[Knob] = &[
                 range: (f64::MIN, f64::MAX),
                 default: Some(1.0),
                 absent: "",
-                slider: (0.5, 16.0),
+                slider: (0.5, 4.0),
                 digits: 3,
                 get: |settings| match settings.removal.saturation {
                     Saturation::Level(level) => Some(level),

@@ -133,10 +133,12 @@ pub(crate) struct Clip<'a> {
 /// The form in which a message is passed to the host.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum MessageFormat {
-    /// With the format `%s`, as it should be.
-    Text,
-    /// As the format.
+    /// As the format with each `%` doubled, as it should be.
+    Escaped,
+    /// As the format as it is.
     Format,
+    /// As the argument of the format `%s`.
+    Argument,
 }
 
 impl<'a> Effect<'a> {
@@ -229,17 +231,22 @@ impl<'a> Effect<'a> {
 
     /// Posts an error message, persistent if the host supports that.
     pub(crate) fn post_error(&self, text: &str, format: MessageFormat) {
-        let Ok(text) = CString::new(text.replace('\0', " ")) else {
+        let text = text.replace('\0', " ");
+        let text = match format {
+            MessageFormat::Escaped => text.replace('%', "%%"),
+            MessageFormat::Format | MessageFormat::Argument => text,
+        };
+        let Ok(text) = CString::new(text) else {
             return;
         };
         let (effect, kind) = (self.handle.cast::<c_void>(), kOfxMessageError.as_ptr());
         let id = c"box".as_ptr();
         let format = match format {
-            MessageFormat::Text => c"%s".as_ptr(),
-            MessageFormat::Format => text.as_ptr(),
+            MessageFormat::Argument => c"%s".as_ptr(),
+            MessageFormat::Escaped | MessageFormat::Format => text.as_ptr(),
         };
         let (v1, v2) = (self.suites.message1, self.suites.message2);
-        // SAFETY: strings, with one argument for the format.
+        // SAFETY: strings, with one argument, which the format may ignore.
         unsafe {
             if let Some(post) = v2.and_then(|s| s.setPersistentMessage) {
                 post(effect, kind, id, format, text.as_ptr());

@@ -36,7 +36,11 @@ faults! {
     ThreadDependent c"org.seidel.box.threadDependent", "Brightens the first row of each thread's share.";
     StaleState c"org.seidel.box.staleState", "Blurs more after the second Load.";
     RequiresApiVersion c"org.seidel.box.requiresApiVersion", "Fails to load in hosts that report no API version.";
-    MessageAsFormat c"org.seidel.box.messageAsFormat", "Passes the text of a message as its format.";
+    MessageAsFormat c"org.seidel.box.messageAsFormat", "Passes the text of a message as its format, with single %.";
+    MessageWithArgument c"org.seidel.box.messageWithArgument", "Passes the text of a message as an argument, which prints nothing in Natron.";
+    UnlistedGroup c"org.seidel.box.unlistedGroup", "Lists the parameters of a group on a page, and not the group.";
+    WidestOutput c"org.seidel.box.widestOutput", "Leaves the components of Output to the host.";
+    KeepsFrames c"org.seidel.box.keepsFrames", "Keeps every frame.";
     KeepsMessage c"org.seidel.box.keepsMessage", "Never clears the persistent message.";
     IgnoresScale c"org.seidel.box.ignoresScale", "Blurs by the same number of pixels at every render scale.";
     WrongAspect c"org.seidel.box.wrongAspect", "Multiplies by the pixel aspect ratio instead of dividing.";

@@ -28,7 +28,7 @@ const fn expected(fault: &'static str, check: &'static str, message: &'static st
     }
 }
 
-const FAULTS: [Expected; 45] = [
+const FAULTS: [Expected; 49] = [
     expected(
         "unreleasedImage",
         "image_release",
@@ -78,11 +78,15 @@ const FAULTS: [Expected; 45] = [
         "missing_properties",
         "OfxPropAPIVersion cannot be read on host",
     ),
+    expected("messageAsFormat", "messages", "double each % of its text"),
     expected(
-        "messageAsFormat",
+        "messageWithArgument",
         "messages",
-        "pass its text with the format",
+        "no message has the name of the missing file",
     ),
+    expected("unlistedGroup", "pages", "does not list the group blend"),
+    expected("widestOutput", "components", "beside Depth of 4"),
+    expected("keepsFrames", "frame_memory", "memory grows by"),
     expected(
         "keepsMessage",
         "missing_file",

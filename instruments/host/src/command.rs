@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::checks::ALL;
 use crate::drive::binary_path;
 use crate::files;
+use crate::panel;
 use crate::render_job::{ClipFile, RenderJob};
 use crate::result_files;
 use crate::runner::{Outcome, child_main, print_line, run_all, run_in_process, select, summarize};
@@ -25,6 +26,10 @@ check, then the causes of faults, those of most checks first. The exit status is
   --junit FILE   writes the results as XML in the format of JUnit, which build servers read
   --in-process   runs all checks in this process, for debuggers and memory checkers
   --list         lists the checks
+
+       seidel-ofx-host PLUGIN --panel [--host HOST]
+
+Prints the panel of the plugin's parameters in the order in which the host shows it.
 
        seidel-ofx-host PLUGIN --render OUT --feed CLIP=FILE... [--set PARAMETER=VALUE...]
 
@@ -53,6 +58,7 @@ struct Arguments {
     half: bool,
     help: bool,
     list: bool,
+    panel: bool,
 }
 
 impl Arguments {
@@ -70,6 +76,7 @@ impl Arguments {
             half: false,
             help: false,
             list: false,
+            panel: false,
         };
         while let Some(argument) = arguments.next() {
             let mut value = || {
@@ -97,6 +104,7 @@ impl Arguments {
                 "--half" => parsed.half = true,
                 "--help" | "-h" => parsed.help = true,
                 "--list" => parsed.list = true,
+                "--panel" => parsed.panel = true,
                 option if option.starts_with('-') => {
                     return Err(format!("{option}: unknown option"));
                 }
@@ -158,6 +166,15 @@ fn run(arguments: Arguments) -> Result<ExitCode, String> {
     let binary = binary_path(&plugin);
     if !binary.is_file() {
         return Err(format!("{}: there is no such plugin", binary.display()));
+    }
+    if arguments.panel {
+        let job = RenderJob {
+            plugin,
+            id: arguments.id,
+            ..arguments.job
+        };
+        print_line!("{}", panel::text(&job.panel()?));
+        return Ok(ExitCode::SUCCESS);
     }
     if let Some(output) = arguments.render {
         let job = RenderJob {

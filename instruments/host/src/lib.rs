@@ -8,6 +8,7 @@ pub mod command;
 pub mod drive;
 pub mod files;
 pub mod host;
+pub mod panel;
 pub mod picture;
 mod process;
 pub mod render_job;

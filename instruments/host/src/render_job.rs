@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use openfx::sys::generic::core::*;
+use openfx::sys::image_effect_v1::image_effect::kOfxImageEffectContextGeneral;
 use openfx::sys::image_effect_v1::param::*;
 
 use crate::drive::{Instance, Library, LoadedPlugin, RenderRequest};
@@ -11,6 +12,7 @@ use crate::host::Host;
 use crate::host::effect::{Parameter, ParameterValue};
 use crate::host::profiles;
 use crate::host::suites::Shape;
+use crate::panel::{Row, panel};
 use crate::picture::Picture;
 use crate::scene::{Input, Scene};
 
@@ -64,28 +66,50 @@ impl RenderJob {
     /// # Errors
     /// If a file, clip or parameter does not exist, or the plugin fails or misuses the host.
     pub fn run(&self) -> Result<Picture, String> {
+        let scene = self.scene()?;
+        self.with_plugin(|loaded| self.render(loaded, &scene))
+    }
+
+    /// Returns the panel of the plugin's parameters.
+    ///
+    /// # Errors
+    /// If the plugin fails or misuses the host.
+    pub fn panel(&self) -> Result<Vec<Row>, String> {
+        self.with_plugin(|loaded| {
+            let context = loaded.context_like(kOfxImageEffectContextGeneral)?;
+            let descriptor = loaded.describe_in(&context)?;
+            let rows = panel(&descriptor, &loaded.host.profile);
+            descriptor.invalidate(loaded.host);
+            Ok(rows)
+        })
+    }
+
+    /// Runs `work` on the plugin, loaded in the host.
+    fn with_plugin<T>(
+        &self,
+        work: impl FnOnce(&LoadedPlugin<'_>) -> Result<T, String>,
+    ) -> Result<T, String> {
         let profile = (profiles::all().into_iter())
             .find(|profile| profile.name == self.host)
             .ok_or_else(|| {
                 let names: Vec<_> = profiles::all().iter().map(|p| p.name).collect();
                 format!("--host {}: give one of {}", self.host, names.join(", "))
             })?;
-        let scene = self.scene()?;
         let library = Library::open(&self.plugin)?;
         let plugin = library.find(self.id.as_deref())?;
         let host = Host::activate(profile);
         let loaded = LoadedPlugin::load(&host, &plugin)?;
-        let picture = self.render(&loaded, &scene);
+        let result = work(&loaded);
         let unloaded = loaded.unload();
         let misuse = host.take_misuse();
-        let picture = picture?;
+        let result = result?;
         unloaded?;
         if let Some(misuse) = misuse.into_iter().next() {
             return Err(misuse);
         }
         drop(host);
         library.close()?;
-        Ok(picture)
+        Ok(result)
     }
 
     fn scene(&self) -> Result<Scene, String> {
@@ -119,6 +143,9 @@ impl RenderJob {
                 ));
             }
         }
+        for feed in &self.feeds {
+            instance.notify_connected(&feed.clip)?;
+        }
         for (name, text) in &self.settings {
             let parameter = (instance.effect.parameters.get(name)).ok_or_else(|| {
                 let names: Vec<_> = (instance.effect.parameters.all().iter())
@@ -133,6 +160,7 @@ impl RenderJob {
                 instance.edit(name, &parse_value(&parameter, text)?)?;
             }
         }
+        instance.save_and_open();
         instance.update_clip_preferences()?;
         let request = RenderRequest {
             time: self.time,

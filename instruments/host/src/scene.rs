@@ -81,6 +81,8 @@ pub struct Scene {
     pub project: Region,
     /// Pixel aspect ratio of all clips.
     pub par: f64,
+    /// Number of channels of Output; `None` for that of Source.
+    pub(crate) output: Option<usize>,
     /// Sample type of all images. An instance sets it by what its plugin supports.
     pub(crate) samples: SampleType,
 }
@@ -91,6 +93,7 @@ impl Default for Scene {
             inputs: BTreeMap::new(),
             project: Region::new(0.0, 0.0, 1.0, 1.0),
             par: 1.0,
+            output: None,
             samples: SampleType::default(),
         }
     }
@@ -110,6 +113,7 @@ impl Scene {
             project: Region::from_pixels(&source.bounds, (1.0, 1.0), par),
             inputs: BTreeMap::from([("Source".to_owned(), Input::still(source))]),
             par,
+            output: None,
             samples: SampleType::default(),
         }
     }
@@ -129,6 +133,11 @@ impl Scene {
     /// Returns the number of channels of a clip; 4 if it has no picture.
     pub(crate) fn channels(&self, clip: &str) -> usize {
         self.input(clip).picture(0.0).map_or(4, |p| p.channels)
+    }
+
+    /// Returns the number of channels of Output.
+    pub(crate) fn output_channels(&self) -> usize {
+        self.output.unwrap_or_else(|| self.channels("Source"))
     }
 
     /// Returns the bounds of a clip in pixels at full scale, if it has a picture.

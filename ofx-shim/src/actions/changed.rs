@@ -1,15 +1,15 @@
 //! InstanceChanged: a parameter was changed by the user, by the plugin, or by a project that was loaded.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 
 use seidel_optics::library;
 
 use super::{Answer, check_lens, enabled, guess_depth, persistent_message, show_lens_data};
 use crate::clips::DEPTH;
-use crate::host::{Call, ParameterValue, Result};
-use crate::knobs::{Knobs, focus, lens, remove};
+use crate::host::{Call, Change, ParameterSet, ParameterValue, Result};
+use crate::knobs::{Knob, Knobs, focus, lens, look, remove};
 use crate::lens::built_in;
-use crate::rendering::focus_on_point;
+use crate::rendering::focus_at;
 use crate::sys::param::CHOICE_OPTION;
 use crate::sys::property::{CHANGE_REASON, CHANGE_TIME, CHANGE_USER_EDITED, NAME, TYPE, TYPE_CLIP};
 
@@ -30,10 +30,21 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     }
     let by_user = call.arguments.equals(CHANGE_REASON, CHANGE_USER_EDITED);
     if by_user && call.arguments.equals(NAME, focus::POINT.name) {
-        focus_on_point(call)?;
+        let point = Knobs::at(&call.effect, time).pair(&focus::POINT);
+        call.effect.parameters().follow(&focus_at(call, point)?);
     }
     if by_user && call.arguments.equals(NAME, lens::FOLDER.name) {
         choose_own_lens(call, time);
+    }
+    if by_user && call.arguments.equals(NAME, look::PRESET.name) {
+        let parameters = call.effect.parameters();
+        let index = parameters.int(look::PRESET.name, time).unwrap_or(0);
+        set_by_menu(
+            &parameters,
+            &look::PRESET,
+            c"Set look",
+            &look::preset_changes(index),
+        );
     }
     if by_user && call.arguments.equals(NAME, remove::CHECK_LENS.name) {
         check_lens::check(call);
@@ -44,6 +55,8 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     let is_clip = call.arguments.equals(TYPE, TYPE_CLIP);
     if by_user && is_clip && call.arguments.equals(NAME, DEPTH) {
         guess_depth::guess(call);
+    } else if by_user {
+        guess_depth::guess_if_due(call);
     }
     enabled::update(&call.effect, time);
     Ok(Answer::Done)
@@ -64,8 +77,16 @@ fn choose_own_lens(call: &Call, time: f64) {
         let changes = [
             (lens::LENS.name, ParameterValue::Int(built_in::FILE)),
             (lens::PROFILE.name, ParameterValue::Text(reference)),
-            (lens::FOLDER.name, ParameterValue::Int(0)),
         ];
-        parameters.set(c"Choose lens", &changes);
+        set_by_menu(&parameters, &lens::FOLDER, c"Choose lens", &changes);
+    }
+}
+
+/// Makes the changes that the user chose in a `menu`, in one undo step, and sets the menu back outside it: undoing that would choose
+/// the entry again.
+fn set_by_menu(parameters: &ParameterSet, menu: &Knob, step: &CStr, changes: &[Change]) {
+    if !changes.is_empty() {
+        parameters.follow(&[(menu.name, ParameterValue::Int(0))]);
+        parameters.set(step, changes);
     }
 }

@@ -64,7 +64,7 @@ fn settings_as_far_as_valid(knobs: &Knobs) -> Settings {
 }
 
 /// Returns the states of the node's own knobs, and that of Grain, which depends on one of them.
-fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 23] {
+fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 24] {
     let mode = case.mode;
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
@@ -80,6 +80,7 @@ fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 23] {
             &output::CHANNELS,
             knobs.choice(&output::OUTPUT) == output::RESULT,
         ),
+        (&look::PRESET, has_look),
         (&look::BLADES, has_look),
         (&look::USE_APERTURE, has_look),
         (&lens::PROFILE, from_file(&lens::LENS)),

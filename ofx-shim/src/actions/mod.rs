@@ -7,6 +7,7 @@ mod describe_in_context;
 mod enabled;
 mod guess_depth;
 mod identity;
+mod instance_set;
 mod instances;
 mod load;
 mod persistent_message;

@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 
 use super::Answer;
-use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK};
+use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK, REFERENCE};
 use crate::host::{Call, Clip, Result};
 use crate::knobs::{Knobs, lens};
 use crate::sys::clip::{ALPHA, PREMULTIPLICATION, RGB, RGBA};
@@ -18,7 +18,7 @@ struct OptionalInput {
     components: &'static [&'static CStr],
 }
 
-const OPTIONAL_INPUTS: [OptionalInput; 4] = [
+const OPTIONAL_INPUTS: [OptionalInput; 5] = [
     OptionalInput {
         clip: DEPTH,
         property: c"OfxImageClipPropComponents_Depth",
@@ -35,17 +35,27 @@ const OPTIONAL_INPUTS: [OptionalInput; 4] = [
         components: &[ALPHA, RGB, RGBA],
     },
     OptionalInput {
+        clip: REFERENCE,
+        property: c"OfxImageClipPropComponents_Reference",
+        components: &[ALPHA, RGB, RGBA],
+    },
+    OptionalInput {
         clip: MASK,
         property: c"OfxImageClipPropComponents_Mask",
         components: &[ALPHA, RGBA],
     },
 ];
+/// Properties that request components of the source and of the result.
+const SOURCE_AND_OUTPUT: [&CStr; 2] = [
+    c"OfxImageClipPropComponents_Source",
+    c"OfxImageClipPropComponents_Output",
+];
 const UNMAPPED_COMPONENTS: &CStr = c"OfxImageClipPropUnmappedComponents";
 const COLOURS_SOURCE: &CStr = c"OfxImageClipPropPreferredColourspaces_Source";
 const COLOURS_DEPTH: &CStr = c"OfxImageClipPropPreferredColourspaces_Depth";
 
-/// Requests depth and mattes with the components that they have, and gives the output the source's relation of colour and
-/// alpha.
+/// Requests all inputs with the components that they have, and gives the output those of the source, and its relation of colour
+/// and alpha.
 pub(super) fn preferences(call: &Call) -> Result<Answer> {
     // Otherwise hosts may turn one channel into four and do not say which one it is: HostSupport gives every optional input
     // the components of the plate.
@@ -54,20 +64,23 @@ pub(super) fn preferences(call: &Call) -> Result<Answer> {
         let Some(clip) = clip.filter(Clip::is_connected) else {
             continue;
         };
-        let unmapped = clip.properties.string(UNMAPPED_COMPONENTS, 0);
-        let unmapped = unmapped.as_deref().map(str::as_bytes);
-        let mut components = input.components.iter();
-        if let Some(own) = components.find(|name| unmapped == Some(name.to_bytes())) {
+        if let Some(own) = own_components(&clip, input.components) {
             call.answers.set_string(input.property, 0, own);
         }
         if input.clip == DEPTH {
             call.answers.set_string(COLOURS_DEPTH, 0, c"ofx_raw");
         }
     }
-    if let Some(source) = call.effect.clip(CLIP_SOURCE)
-        && let Some(alpha) = source.properties.string(PREMULTIPLICATION, 0)
-    {
-        call.answers.set_text(PREMULTIPLICATION, &alpha);
+    if let Some(source) = call.effect.clip(CLIP_SOURCE) {
+        if let Some(alpha) = source.properties.string(PREMULTIPLICATION, 0) {
+            call.answers.set_text(PREMULTIPLICATION, &alpha);
+        }
+        // Otherwise Natron gives the output the most channels of any input, and leaves the source as it is.
+        if let Some(own) = own_components(&source, &[ALPHA, RGB, RGBA]) {
+            for property in SOURCE_AND_OUTPUT {
+                call.answers.set_string(property, 0, own);
+            }
+        }
     }
     call.answers
         .set_string(COLOURS_SOURCE, 0, c"ofx_scene_linear");
@@ -78,6 +91,13 @@ pub(super) fn preferences(call: &Call) -> Result<Answer> {
         .is_empty();
     (call.answers).set_int(FRAME_VARYING, 0, i32::from(has_data));
     Ok(Answer::Done)
+}
+
+/// Returns the components that a clip has before the host maps them, if they are among `accepted`.
+fn own_components<'a>(clip: &Clip, accepted: &[&'a CStr]) -> Option<&'a CStr> {
+    let unmapped = clip.properties.string(UNMAPPED_COMPONENTS, 0)?;
+    let mut accepted = accepted.iter().copied();
+    accepted.find(|name| unmapped.as_bytes() == name.to_bytes())
 }
 
 /// Answers that the result is in the colour space of the source.

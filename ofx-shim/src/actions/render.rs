@@ -68,9 +68,9 @@ pub(super) fn render(call: &Call) -> Result<Answer> {
         original,
         result,
     };
-    if let Outcome::Done { warnings } = render.run()? {
+    if let Outcome::Done { remarks } = render.run()? {
         persistent_message::clear(call.host, call.effect.handle);
-        persistent_message::warn(call.host, call.effect.handle, &warnings.join(" "));
+        persistent_message::remark(call.host, call.effect.handle, &remarks);
     }
     Ok(Answer::Done)
 }
@@ -195,13 +195,13 @@ impl Render<'_, '_> {
             return Ok(self.clear_beside(
                 inner,
                 Outcome::Done {
-                    warnings: rendered.warnings,
+                    remarks: rendered.remarks,
                 },
             ));
         }
         image.write_to(&self.result);
-        let warnings = rendered.warnings;
-        Ok(self.clear_beside(window, Outcome::Done { warnings }))
+        let remarks = rendered.remarks;
+        Ok(self.clear_beside(window, Outcome::Done { remarks }))
     }
 
     /// Sets the pixels to render that do not lie in `window` to zero, unless the render was aborted.

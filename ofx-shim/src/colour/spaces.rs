@@ -7,6 +7,7 @@ use seidel_colour::{ColourError, Config, ConversionReport, PixelLayout, Processo
 
 use super::{AlphaHandling, NonFinite};
 use crate::file_cache::FileCache;
+use crate::file_reference;
 use crate::host::{Failure, Result};
 use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, colour, lens};
@@ -32,7 +33,8 @@ fn failure(error: ColourError) -> Failure {
 /// Returns the config that the parameters name, or else the environment variable OCIO, or else Seidel's own.
 fn chosen_config(knobs: &Knobs) -> Result<Arc<Config>> {
     let name = knobs.text(&colour::CONFIG);
-    let name = Some(name.trim()).filter(|name| !name.is_empty());
+    let name = file_reference::config(name.trim());
+    let name = Some(&*name).filter(|name| !name.is_empty());
     let environment = std::env::var("OCIO").ok();
     let source = Source::chosen(name, environment.as_deref());
     let file = match &source {

@@ -6,8 +6,6 @@ use super::Host;
 use crate::sys::Handle;
 use crate::sys::message::{ERROR, LOG, MESSAGE, Message, WARNING};
 
-/// The format of all messages, so that a `%` in a file name is never taken for a format.
-const FORMAT: &CStr = c"%s";
 /// Identifier of messages.
 const ID: &CStr = c"seidel";
 
@@ -25,16 +23,26 @@ pub(crate) fn show_error(host: &Host, handle: Handle, text: &str) {
     );
 }
 
-/// Shows the user of an instance a warning, until [`clear_message`]. Hosts without persistent messages get it in their log, since
-/// a box to be closed for every frame would be worse than none.
+/// Shows the user of an instance a warning, until [`clear_message`].
 pub(crate) fn show_warning(host: &Host, handle: Handle, text: &str) {
+    show_while_it_holds(host, handle, WARNING, text);
+}
+
+/// Shows the user of an instance a note, until [`clear_message`].
+pub(crate) fn show_note(host: &Host, handle: Handle, text: &str) {
+    show_while_it_holds(host, handle, MESSAGE, text);
+}
+
+/// Shows a persistent message. Hosts without them get it in their log, since a box to be closed for every frame would be worse
+/// than none.
+fn show_while_it_holds(host: &Host, handle: Handle, kind: &CStr, text: &str) {
     match host.suites.messages.set_persistent {
-        Some(_) => send(host.suites.messages.set_persistent, handle, WARNING, text),
+        Some(_) => send(host.suites.messages.set_persistent, handle, kind, text),
         None => log(host, handle, text),
     }
 }
 
-/// Removes the message that [`show_error`] or [`show_warning`] showed.
+/// Removes the message that [`show_error`], [`show_warning`] or [`show_note`] showed.
 pub(crate) fn clear_message(host: &Host, handle: Handle) {
     // Resolve 14 returns an address that is no function (README-hosts of openfx-misc).
     if host.is_resolve() {
@@ -60,18 +68,35 @@ fn send(message: Message, handle: Handle, kind: &CStr, text: &str) {
     let Some(message) = message else {
         return;
     };
-    let text = c_text(text);
+    let format = format_of(text);
     let (kind, id) = (kind.as_ptr(), ID.as_ptr());
-    // SAFETY: a function and a handle of the host; the format takes one string.
-    unsafe { message(handle, kind, id, FORMAT.as_ptr(), text.as_ptr()) };
+    // SAFETY: a function and a handle of the host; the format takes no argument.
+    unsafe { message(handle, kind, id, format.as_ptr()) };
 }
 
-/// Converts a text to a C string, without NUL characters and at most [`MAX_BYTES`] long.
-fn c_text(text: &str) -> CString {
+/// Returns a format of `printf` that prints `text`, without NUL characters and at most [`MAX_BYTES`] long. The format takes no
+/// argument, because Natron passes arguments on in a way that prints none of them.
+fn format_of(text: &str) -> CString {
     let whole: String = text.chars().filter(|c| *c != '\0').collect();
     let mut end = whole.len().min(MAX_BYTES);
     while !whole.is_char_boundary(end) {
         end -= 1;
     }
-    CString::new(&whole[..end]).unwrap_or_default()
+    // Cutting after doubling could halve a `%%`.
+    CString::new(whole[..end].replace('%', "%%")).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_have_no_conversions() {
+        assert_eq!(format_of("100 %s\0!").as_c_str(), c"100 %%s!");
+        let long = format!("{}%n", "\u{e9}".repeat(MAX_BYTES));
+        let format = format_of(&long);
+        assert!(format.to_str().is_ok() && format.as_bytes().len() <= MAX_BYTES);
+        let all = format_of(&"%".repeat(MAX_BYTES + 1));
+        assert_eq!(all.as_bytes(), "%%".repeat(MAX_BYTES).as_bytes());
+    }
 }

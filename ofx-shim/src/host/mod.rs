@@ -18,9 +18,11 @@ pub(crate) use call::Call;
 pub(crate) use effect::{Clip, Effect};
 pub(crate) use image::Image;
 pub(crate) use loaded_host::{Host, current, load, set_host, unload};
-pub(crate) use message::{clear_message, log, show_error, show_information, show_warning};
+pub(crate) use message::{
+    clear_message, log, show_error, show_information, show_note, show_warning,
+};
 pub(crate) use panic_guard::catch_panic;
-pub(crate) use parameter_set::{ParameterSet, ParameterValue};
+pub(crate) use parameter_set::{Change, ParameterSet, ParameterValue};
 pub(crate) use property_set::PropertySet;
 pub(crate) use samples::Samples;
 pub(crate) use suites::Suites;

@@ -93,7 +93,7 @@ impl<'h> ParameterSet<'h> {
     }
 
     /// Sets parameters, in one undo step called `step`. Must not be called in a render.
-    pub(crate) fn set(&self, step: &CStr, changes: &[(&CStr, ParameterValue)]) {
+    pub(crate) fn set(&self, step: &CStr, changes: &[Change]) {
         let suite = &self.host.suites.param;
         // A step that cannot be ended must not begin.
         let edit = suite.edit_begin.zip(suite.edit_end);
@@ -101,6 +101,17 @@ impl<'h> ParameterSet<'h> {
             // SAFETY: as above.
             unsafe { begin(self.handle, step.as_ptr()) };
         }
+        self.follow(changes);
+        if let Some((_, end)) = edit {
+            // SAFETY: as above.
+            unsafe { end(self.handle) };
+        }
+    }
+
+    /// Sets parameters as a part of the user's change that the host reports, whose undo step they share: a step of their own for
+    /// each move of a drag would be many. Must not be called in a render.
+    pub(crate) fn follow(&self, changes: &[Change]) {
+        let suite = &self.host.suites.param;
         for (name, value) in changes {
             if let (Some((parameter, _)), Some(set)) = (self.find(name), suite.set_value) {
                 // SAFETY: callers pass the type of value that the parameter has.
@@ -115,12 +126,11 @@ impl<'h> ParameterSet<'h> {
                 };
             }
         }
-        if let Some((_, end)) = edit {
-            // SAFETY: as above.
-            unsafe { end(self.handle) };
-        }
     }
 }
+
+/// A parameter, by name, and its new value.
+pub(crate) type Change = (&'static CStr, ParameterValue);
 
 /// A value of a parameter.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! The colour group: encoding and colour space of the source.
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 /// Source encoding: scene-linear.
 pub(crate) const LINEAR: i32 = 0;
@@ -80,7 +80,7 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&SOURCE_SPACE),
         Own::first(&WORKING_SPACE),
     ],
-    table: None,
+    table: Rows::None,
 };
 
 #[cfg(test)]

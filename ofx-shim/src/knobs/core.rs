@@ -3,7 +3,7 @@
 use std::ffi::{CStr, CString};
 use std::sync::LazyLock;
 
-use seidel_core::{HostGroup, KnobKind, Number};
+use seidel_core::{HostGroup, KnobKind, Number, Unit};
 
 use super::{Kind, Knob};
 
@@ -25,7 +25,7 @@ static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
             group: host.group,
             knob: Knob {
                 name: c_str(host.name),
-                label: c_str(host.label),
+                label: c_str(&label(host.label, row)),
                 hint: c_str(&hint(row)),
                 kind: kind(row),
             },
@@ -36,9 +36,9 @@ static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
 
 /// Returns the knobs of a group of the core's table, each with its row.
 pub(super) fn knobs_of(
-    group: Option<HostGroup>,
+    group: HostGroup,
 ) -> impl Iterator<Item = (&'static seidel_core::Knob, &'static Knob)> {
-    let rows = ROWS.iter().filter(move |row| Some(row.group) == group);
+    let rows = ROWS.iter().filter(move |row| row.group == group);
     rows.map(|row| (row.row, &row.knob))
 }
 
@@ -62,6 +62,20 @@ pub(crate) fn named(name: &str) -> &'static Knob {
 fn c_str(text: &str) -> &'static CStr {
     let text = CString::new(text).unwrap_or_default();
     Box::leak(text.into_boxed_c_str())
+}
+
+/// Returns the label with the unit of a number, if it has one.
+fn label(label: &str, row: &seidel_core::Knob) -> String {
+    let unit = row.number().and_then(|number| match number.unit {
+        Unit::Factor | Unit::FNumber | Unit::SceneLinear | Unit::PlateScale => None,
+        Unit::Distance | Unit::Metres => Some("m"),
+        Unit::Millimetres => Some("mm"),
+        Unit::Micrometres => Some("um"),
+        Unit::Degrees => Some("deg"),
+        Unit::PlatePixels => Some("px"),
+        Unit::PercentOfFrame => Some("%"),
+    });
+    unit.map_or_else(|| label.to_owned(), |unit| format!("{label} ({unit})"))
 }
 
 /// Returns the help of a knob, with those of its options.

@@ -2,9 +2,8 @@
 
 use std::ffi::CStr;
 
-use super::{ALL, Group, Kind, Knob};
-use crate::host::{Effect, ParameterSet, PropertySet};
-use crate::lens::folder_names;
+use super::{ALL, Group, Kind, Knob, PresetMenu};
+use crate::host::{Effect, Host, ParameterSet, PropertySet};
 use crate::sys::param as p;
 use crate::sys::property::{LABEL, LONG_LABEL, SHORT_LABEL};
 
@@ -21,7 +20,7 @@ const PAGE: &CStr = c"Controls";
 /// Largest coordinate of positions, in pixels. Infinity is no valid range in Nuke.
 const MAX_POSITION: f64 = 1e6;
 /// Largest coordinate of positions on sliders, in pixels.
-const MAX_SLIDER_POSITION: f64 = 10_000.0;
+const MAX_SLIDER_POSITION: f64 = 4000.0;
 
 /// Declares all knobs to a descriptor.
 pub(crate) fn declare(effect: &Effect) {
@@ -40,14 +39,29 @@ pub(crate) fn declare(effect: &Effect) {
                 properties.set_string(p::PARENT, 0, group.name);
             }
             set_properties(&properties, knob, effect.host.is_resolve());
+            if is_idle(knob, effect.host) {
+                properties.set_int(p::SECRET, 0, 1);
+            }
         }
     }
     if let Some(page) = parameters.define(p::TYPE_PAGE, PAGE) {
         set_labels(&page, PAGE);
-        let knobs = ALL.iter().flat_map(|group| group.knobs());
-        for (index, knob) in knobs.enumerate() {
-            page.set_string(p::PAGE_CHILD, index as i32, knob.name);
+        // Natron puts a group that no page lists at the end.
+        let children = ALL.iter().flat_map(|group| {
+            let knobs = group.knobs().into_iter().map(|knob| knob.name);
+            std::iter::once(group.name).chain(knobs)
+        });
+        for (index, name) in children.enumerate() {
+            page.set_string(p::PAGE_CHILD, index as i32, name);
         }
+    }
+}
+
+/// Returns whether a knob can never have an effect in this host.
+fn is_idle(knob: &Knob, host: &Host) -> bool {
+    match knob.kind {
+        Kind::Presets(menu) => menu.entries().is_empty(),
+        _ => knob.name == super::output::SHOW_LENS.name && !crate::overlay::is_offered(host),
     }
 }
 
@@ -72,7 +86,7 @@ fn type_of(knob: &Knob) -> &'static CStr {
         Kind::Number { .. } => p::TYPE_DOUBLE,
         Kind::Pair { .. } => p::TYPE_DOUBLE_2D,
         Kind::Switch(_) => p::TYPE_BOOLEAN,
-        Kind::Choice { .. } | Kind::FolderMenu => p::TYPE_CHOICE,
+        Kind::Choice { .. } | Kind::Presets(_) => p::TYPE_CHOICE,
         Kind::File | Kind::Text => p::TYPE_STRING,
         Kind::Button => p::TYPE_PUSH_BUTTON,
         Kind::Hidden => p::TYPE_INTEGER,
@@ -143,14 +157,14 @@ fn set_properties(properties: &PropertySet, knob: &Knob, in_resolve: bool) {
             properties.set_int(p::DEFAULT, 0, default);
             properties.set_int(p::ANIMATES, 0, 0);
         }
-        Kind::FolderMenu => {
-            properties.set_string(p::CHOICE_OPTION, 0, super::lens::NONE_CHOSEN);
-            for (index, name) in folder_names().iter().enumerate() {
+        Kind::Presets(menu) => {
+            properties.set_string(p::CHOICE_OPTION, 0, PresetMenu::NOTHING);
+            for (index, name) in menu.entries().iter().enumerate() {
                 properties.set_string(p::CHOICE_OPTION, index as i32 + 1, name);
             }
             properties.set_int(p::DEFAULT, 0, 0);
             properties.set_int(p::ANIMATES, 0, 0);
-            // It changes Lens and Lens File, which projects keep.
+            // It changes other knobs, which projects keep.
             properties.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
         }
         Kind::File => {

@@ -1,6 +1,6 @@
 //! The depth group: the depth pass and its convention.
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 pub(crate) static USE_DEPTH: Knob = Knob {
     name: c"useDepth",
@@ -90,7 +90,7 @@ pub(crate) static UNIT_MULTIPLIER: Knob = Knob {
     kind: Kind::Number {
         default: 1.0,
         range: (1e-9, 1e9),
-        slider: (0.01, 100.0),
+        slider: (0.1, 4.0),
         digits: 4,
     },
 };
@@ -102,7 +102,7 @@ pub(crate) static NEAR: Knob = Knob {
     kind: Kind::Number {
         default: 1.0,
         range: (1e-9, 1e9),
-        slider: (0.01, 100.0),
+        slider: (0.1, 4.0),
         digits: 3,
     },
 };
@@ -114,19 +114,19 @@ pub(crate) static FAR: Knob = Knob {
     kind: Kind::Number {
         default: 100.0,
         range: (1e-9, 1e9),
-        slider: (1.0, 1000.0),
+        slider: (1.0, 200.0),
         digits: 3,
     },
 };
 
 pub(crate) static DISTANCE: Knob = Knob {
     name: c"distance",
-    label: c"Distance",
+    label: c"Distance (m)",
     hint: c"Distance of the whole plate if no depth is used, in metres. A million or more is infinity.",
     kind: Kind::Number {
         default: 10.0,
         range: (0.001, 1e6),
-        slider: (0.1, 100.0),
+        slider: (0.1, 30.0),
         digits: 3,
     },
 };
@@ -136,7 +136,7 @@ pub(crate) const INFINITE_DISTANCE: f64 = 1e6;
 
 pub(crate) static RAY_FOCAL: Knob = Knob {
     name: c"alongRay",
-    label: c"Along Ray Focal",
+    label: c"Along Ray Focal (px)",
     hint: c"For depth along the ray from the camera: the focal length in pixels at full resolution, which is half the width over the tangent of half the field of view. 0: depth is along the axis.",
     kind: Kind::Number {
         default: 0.0,
@@ -161,5 +161,5 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&DISTANCE),
         Own::first(&RAY_FOCAL),
     ],
-    table: None,
+    table: Rows::None,
 };

@@ -2,7 +2,7 @@
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 /// Focus: as measured.
 pub(crate) const AS_MEASURED: i32 = 0;
@@ -23,13 +23,13 @@ pub(crate) static FOCUS: Knob = Knob {
 
 pub(crate) static DISTANCE: Knob = Knob {
     name: c"focusDistance",
-    label: c"Focus Distance",
+    label: c"Focus Distance (m)",
     hint:
         c"Distance in focus, in metres, if Focus is Focus Distance. A million or more is infinity.",
     kind: Kind::Number {
         default: 2.0,
         range: (0.001, 1e6),
-        slider: (0.1, 20.0),
+        slider: (0.1, 10.0),
         digits: 3,
     },
 };
@@ -66,5 +66,5 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&PLANE),
         Own::first(&POINT),
     ],
-    table: Some(HostGroup::Focus),
+    table: Rows::Of(HostGroup::Focus),
 };

@@ -1,10 +1,10 @@
-//! The lens group: the lens, the strength of its blur, and its frame on the plate.
+//! The lens groups: the lens and the strength of its blur; its data, channels and frame on the plate.
 
 use std::ffi::CStr;
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, PresetMenu, Rows};
 use crate::lens::built_in;
 
 /// Mode: apply blur.
@@ -41,14 +41,11 @@ pub(crate) static PROFILE: Knob = Knob {
     kind: Kind::File,
 };
 
-/// The entry of the folder's menu that chooses no profile.
-pub(crate) const NONE_CHOSEN: &CStr = c"Choose...";
-
 pub(crate) static FOLDER: Knob = Knob {
     name: c"lensFolder",
     label: c"Lens Folder",
     hint: c"Profiles in the folder that the environment variable SEIDEL_LENSES names: a choice goes to Lens and Lens File. The menu is read when the plugin is loaded.",
-    kind: Kind::FolderMenu,
+    kind: Kind::Presets(PresetMenu::LensFolder),
 };
 
 pub(crate) static RELOAD: Knob = Knob {
@@ -152,13 +149,16 @@ pub(crate) static FRAME: Knob = Knob {
 
 pub(crate) static AXIS_OFFSET: Knob = Knob {
     name: c"axisOffset",
-    label: c"Axis Offset",
+    label: c"Axis Offset (px)",
     hint: c"Offset of the optical axis from the centre, in pixels at full resolution: for plates cropped off-centre.",
     kind: Kind::Pair {
         default: (0.0, 0.0),
         position: false,
     },
 };
+
+/// The knobs of the core's table with which most shots are set up.
+const MAIN: &[&str] = &["amount", "focal-length-mm", "f-number"];
 
 pub(crate) static GROUP: Group = Group {
     name: c"lensGroup",
@@ -173,14 +173,23 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&RELOADS),
         Own::first(&TO_LENS),
         Own::first(&TO_PROFILE),
+    ],
+    table: Rows::Only(HostGroup::Lens, MAIN),
+};
+
+pub(crate) static DETAILS: Group = Group {
+    name: c"lensDetailsGroup",
+    label: c"Lens Details",
+    open: false,
+    own: &[
         Own::first(&DATA),
         Own::first(&DATA_START),
         Own::first(&SHOW_DATA),
-        Own::after("amount", &RED_SCALE),
-        Own::after("amount", &GREEN_SCALE),
-        Own::after("amount", &BLUE_SCALE),
+        Own::first(&RED_SCALE),
+        Own::first(&GREEN_SCALE),
+        Own::first(&BLUE_SCALE),
         Own::after("geometry", &FRAME),
         Own::after("film-back-mm", &AXIS_OFFSET),
     ],
-    table: Some(HostGroup::Lens),
+    table: Rows::But(HostGroup::Lens, MAIN),
 };

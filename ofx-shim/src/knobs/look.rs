@@ -1,8 +1,11 @@
 //! The look group: iris, squeeze, obstruction, aberrations and bloom.
 
-use seidel_core::{Blades, HostGroup};
+use std::ffi::CString;
 
-use super::{Group, Kind, Knob, Own};
+use seidel_core::{Blades, HostGroup, LookPreset};
+
+use super::{Group, Kind, Knob, Own, PresetMenu, Rows, named};
+use crate::host::{Change, ParameterValue};
 
 /// Blades: those of the lens.
 pub(crate) const OF_LENS: i32 = 0;
@@ -18,6 +21,51 @@ pub(crate) fn blade_count(index: i32) -> Option<u32> {
         ROUND => Some(0),
         _ => Some((index - THREE) as u32 + Blades::COUNTS.0),
     }
+}
+
+/// Returns the index of a number of blades in the menu: the inverse of [`blade_count`].
+fn blade_index(count: Option<u32>) -> i32 {
+    match count {
+        None => OF_LENS,
+        Some(0) => ROUND,
+        Some(count) => THREE + (count - Blades::COUNTS.0) as i32,
+    }
+}
+
+pub(crate) static PRESET: Knob = Knob {
+    name: c"lookPreset",
+    label: c"Set Look",
+    hint: c"Sets Blades to Lateral Colour to a look with a name, or to that of the lens. Bloom and the aperture stay.",
+    kind: Kind::Presets(PresetMenu::Looks),
+};
+
+/// Returns the entries of [`PRESET`] after the one that chooses nothing: the look of the lens, then the presets.
+pub(super) fn preset_labels() -> Vec<CString> {
+    let presets = LookPreset::all().iter().map(|preset| preset.label);
+    let labels = std::iter::once("As Lens").chain(presets);
+    labels
+        .filter_map(|label| CString::new(label).ok())
+        .collect()
+}
+
+/// Returns the changes of other knobs that the entry `index` of [`PRESET`] makes; none for the one that chooses nothing.
+pub(crate) fn preset_changes(index: i32) -> Vec<Change> {
+    let Some(index) = usize::try_from(index).ok().filter(|index| *index > 0) else {
+        return Vec::new();
+    };
+    // The first entry is the look of the lens.
+    let preset = index
+        .checked_sub(2)
+        .and_then(|index| LookPreset::all().get(index));
+    let blades = blade_index(preset.and_then(|preset| preset.blades));
+    let numbers: Vec<_> = match preset {
+        Some(preset) => preset.values().collect(),
+        None => seidel_core::Knob::numbers_of_look().collect(),
+    };
+    let numbers = numbers.into_iter();
+    let numbers = numbers.map(|(row, value)| (named(row.name).name, ParameterValue::Double(value)));
+    let blades = (BLADES.name, ParameterValue::Int(blades));
+    std::iter::once(blades).chain(numbers).collect()
 }
 
 pub(crate) static BLADES: Knob = Knob {
@@ -44,6 +92,33 @@ pub(crate) static GROUP: Group = Group {
     name: c"lookGroup",
     label: c"Look",
     open: false,
-    own: &[Own::first(&BLADES), Own::after("rotation", &USE_APERTURE)],
-    table: Some(HostGroup::Look),
+    own: &[
+        Own::first(&PRESET),
+        Own::first(&BLADES),
+        Own::after("rotation", &USE_APERTURE),
+    ],
+    table: Rows::Of(HostGroup::Look),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_set_every_knob_of_the_look() {
+        assert!(preset_changes(0).is_empty());
+        assert!(preset_changes(-1).is_empty());
+        let menu = preset_labels();
+        assert_eq!(menu.len(), 1 + LookPreset::all().len());
+        let neutral = preset_changes(1);
+        for index in 2..=menu.len() as i32 {
+            let changes = preset_changes(index);
+            let names = |changes: &[Change]| changes.iter().map(|c| c.0).collect::<Vec<_>>();
+            assert_eq!(names(&changes), names(&neutral));
+            assert_ne!(changes, neutral, "{:?}", menu[index as usize - 1]);
+        }
+        for count in [None, Some(0), Some(3), Some(13)] {
+            assert_eq!(blade_count(blade_index(count)), count);
+        }
+    }
+}

@@ -20,9 +20,11 @@ pub(crate) use core::{named, table};
 pub(crate) use declare::declare;
 pub(crate) use values::Knobs;
 
-use std::ffi::CStr;
+use std::ffi::{CStr, CString};
 
 use seidel_core::HostGroup;
+
+use crate::lens::folder_names;
 
 /// The type of a knob, with its default.
 #[derive(Debug, Clone, Copy)]
@@ -43,8 +45,8 @@ pub(crate) enum Kind {
         default: i32,
         options: &'static [&'static CStr],
     },
-    /// A menu of the lens profiles in the folder that `SEIDEL_LENSES` names, after an entry that chooses none.
-    FolderMenu,
+    /// A menu that sets other knobs, after an entry that chooses nothing.
+    Presets(PresetMenu),
     /// The path of an existing file.
     File,
     /// A line of text.
@@ -53,6 +55,28 @@ pub(crate) enum Kind {
     Button,
     /// An integer that is not shown.
     Hidden,
+}
+
+/// The entries of a menu that sets other knobs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PresetMenu {
+    /// The lens profiles in the folder that `SEIDEL_LENSES` names.
+    LensFolder,
+    /// That of the lens, and the looks with a name.
+    Looks,
+}
+
+impl PresetMenu {
+    /// The entry that chooses nothing.
+    const NOTHING: &'static CStr = c"Choose...";
+
+    /// Returns the entries after the one that chooses nothing.
+    fn entries(self) -> Vec<CString> {
+        match self {
+            Self::LensFolder => folder_names(),
+            Self::Looks => look::preset_labels(),
+        }
+    }
 }
 
 /// A knob.
@@ -71,8 +95,34 @@ pub(crate) struct Group {
     pub(crate) open: bool,
     /// The node's own knobs.
     pub(crate) own: &'static [Own],
-    /// The group of the core's table whose knobs stand here, too.
-    pub(crate) table: Option<HostGroup>,
+    /// The knobs of the core's table that stand here, too.
+    pub(crate) table: Rows,
+}
+
+/// Knobs of the core's table.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Rows {
+    None,
+    /// All of a group.
+    Of(HostGroup),
+    /// Those of a group that are called so.
+    Only(HostGroup, &'static [&'static str]),
+    /// Those of a group that are not called so.
+    But(HostGroup, &'static [&'static str]),
+}
+
+impl Rows {
+    /// Returns the knobs, each with its row.
+    fn knobs(self) -> impl Iterator<Item = (&'static seidel_core::Knob, &'static Knob)> {
+        let (group, names, is_wanted) = match self {
+            Self::None => (None, &[][..], false),
+            Self::Of(group) => (Some(group), &[][..], false),
+            Self::Only(group, names) => (Some(group), names, true),
+            Self::But(group, names) => (Some(group), names, false),
+        };
+        let rows = group.into_iter().flat_map(core::knobs_of);
+        rows.filter(move |(row, _)| names.contains(&row.name) == is_wanted)
+    }
 }
 
 /// A knob of the node's own.
@@ -102,7 +152,7 @@ impl Group {
             own.map(|own| own.knob)
         };
         let mut knobs: Vec<_> = own_after("").collect();
-        for (row, knob) in core::knobs_of(self.table) {
+        for (row, knob) in self.table.knobs() {
             knobs.push(knob);
             knobs.extend(own_after(row.name));
         }
@@ -111,15 +161,16 @@ impl Group {
 }
 
 /// All groups, in the order in which hosts show them.
-pub(crate) static ALL: [&Group; 8] = [
+pub(crate) static ALL: [&Group; 9] = [
     &lens::GROUP,
+    &lens::DETAILS,
     &depth::GROUP,
     &focus::GROUP,
     &look::GROUP,
-    &colour::GROUP,
+    &output::GROUP,
     &render::GROUP,
     &remove::GROUP,
-    &output::GROUP,
+    &colour::GROUP,
 ];
 
 #[cfg(test)]
@@ -127,7 +178,8 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Projects store these names and the indices of options. New lines may be added; no other line changes.
+    /// Projects store these names and the indices of options. New lines may be added, and labels and the order of groups may change;
+    /// nothing else does.
     #[test]
     fn knobs_keep_their_names_options_and_order() {
         let text = |text: &CStr| text.to_string_lossy().into_owned();

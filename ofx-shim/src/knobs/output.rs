@@ -1,6 +1,6 @@
 //! The output group: what is rendered, mask and mix.
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 /// Output: the blurred, sharpened or relensed plate.
 pub(crate) const RESULT: i32 = 0;
@@ -97,5 +97,5 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&MIX),
         Own::first(&SHOW_LENS),
     ],
-    table: None,
+    table: Rows::None,
 };

@@ -2,7 +2,7 @@
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 pub(crate) static ONLY_CHROMA: Knob = Knob {
     name: c"onlyChroma",
@@ -26,5 +26,5 @@ pub(crate) static GROUP: Group = Group {
         Own::after("strength", &ONLY_CHROMA),
         Own::after("clip-level", &CHECK_LENS),
     ],
-    table: Some(HostGroup::Remove),
+    table: Rows::Of(HostGroup::Remove),
 };

@@ -2,7 +2,7 @@
 
 use seidel_core::HostGroup;
 
-use super::{Group, Kind, Knob, Own};
+use super::{Group, Kind, Knob, Own, Rows};
 
 pub(crate) static AUTO_DRAFT: Knob = Knob {
     name: c"autoDraft",
@@ -68,5 +68,5 @@ pub(crate) static GROUP: Group = Group {
         Own::after("blur-inside", &SOURCE_ALPHA),
         Own::after("blur-inside", &SCRUB),
     ],
-    table: Some(HostGroup::Render),
+    table: Rows::Of(HostGroup::Render),
 };

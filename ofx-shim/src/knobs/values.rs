@@ -79,7 +79,7 @@ impl<'h> Knobs<'h> {
         scale: PlateScale,
         settings: &mut Settings,
     ) -> Result<()> {
-        let mut knobs = knobs_of(Some(group));
+        let mut knobs = knobs_of(group);
         knobs.try_for_each(|(row, knob)| self.put_knob(row, knob, scale, settings))
     }
 

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::redraw;
 use crate::host::{Call, ParameterValue, Result};
 use crate::knobs::{Knobs, focus};
-use crate::rendering::focus_on_point;
+use crate::rendering::focus_at;
 use crate::sys::Handle;
 use crate::sys::interact::{PEN_POSITION, PIXEL_SCALE};
 use crate::sys::param::HAS_HOST_OVERLAY_HANDLE;
@@ -89,10 +89,12 @@ pub(super) fn pen_up(call: &Call, overlay: Handle) -> Result<bool> {
     if let Some([x, y]) = call.arguments.doubles::<2>(PEN_POSITION) {
         position = (x, y);
     }
-    let value = ParameterValue::Double2D(position.0, position.1);
-    let parameters = call.effect.parameters();
-    parameters.set(c"Focal point", &[(focus::POINT.name, value)]);
-    focus_on_point(call)?;
+    let point = ParameterValue::Double2D(position.0, position.1);
+    let mut changes = vec![(focus::POINT.name, point)];
+    let focus = focus_at(call, position);
+    changes.extend(focus.iter().flatten().cloned());
+    call.effect.parameters().set(c"Focal point", &changes);
+    focus?;
     redraw(call.host, overlay);
     Ok(true)
 }

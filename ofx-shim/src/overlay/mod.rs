@@ -17,9 +17,14 @@ use crate::sys::{Handle, OfxEntry, OfxStatus, actions, interact};
 
 pub(crate) use psf_ellipses::forget;
 
+/// Returns whether `host` can draw the overlay.
+pub(crate) fn is_offered(host: &Host) -> bool {
+    host.suites.draw.is_some() && host.suites.interact.is_some()
+}
+
 /// Declares the overlay in the properties of a descriptor, if `host` can draw it.
 pub(crate) fn declare(host: &Host, properties: &PropertySet) {
-    if host.suites.draw.is_some() && host.suites.interact.is_some() {
+    if is_offered(host) {
         let entry: OfxEntry = overlay_entry;
         properties.set_pointer(OVERLAY_V2, entry as *mut c_void);
     }

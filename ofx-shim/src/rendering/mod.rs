@@ -16,7 +16,7 @@ mod task;
 
 pub(crate) use aperture::aperture_picture;
 pub(crate) use focal_plane::{FocusRange, tint_by_focus};
-pub(crate) use focal_point::focus_on_point;
+pub(crate) use focal_point::focus_at;
 pub(crate) use frame::{Frame, field, project_region, render_window};
 pub(crate) use gap::gap_map;
 pub(crate) use host_pixels::in_host_pixels;

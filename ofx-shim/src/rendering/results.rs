@@ -4,16 +4,22 @@ use std::sync::Arc;
 
 use seidel_core::{Image, Result, ResultStore};
 
+use crate::remarks::Remark;
+
+/// Most results, of all instances together: some frames and settings to compare. More would be frames of a shot, which no other mix
+/// or mask needs.
+const MOST: usize = 8;
+
 /// Most memory that results take, bytes, of all instances together: seven HD frames or one of 4096 x 2160 with alpha.
 const MOST_BYTES: usize = 256 << 20;
 
-/// An image, and doubts about the inputs that it was made from.
+/// An image, and remarks on the inputs that it was made from.
 pub(super) struct KeptResult {
     pub(super) image: Image,
-    pub(super) warnings: Vec<String>,
+    pub(super) remarks: Vec<Remark>,
 }
 
-static RESULTS: ResultStore<KeptResult> = ResultStore::new(MOST_BYTES);
+static RESULTS: ResultStore<KeptResult> = ResultStore::new(MOST, MOST_BYTES);
 
 /// Returns what `render` makes, or made before with the same `key`, a hash of all that it is made from.
 ///

@@ -9,9 +9,9 @@ use seidel_core::{
 
 use super::coc_map::coc_map;
 use super::results::{KeptResult, kept_or_rendered};
-use crate::depth_warning;
 use crate::host::{Effect, Result};
 use crate::interleaved::Interleaved;
+use crate::remarks::{Remark, remarks};
 use crate::threads;
 
 /// The result that is computed from a plate.
@@ -32,24 +32,24 @@ pub(crate) enum Task {
     Relens(Arc<LensSession>),
 }
 
-/// The end of a render: complete with warnings, or aborted by the host.
+/// The end of a render: complete with remarks on its inputs, or aborted by the host.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    Done { warnings: Vec<String> },
+    Done { remarks: Vec<Remark> },
     Aborted,
 }
 
 impl Outcome {
     /// A complete render that leaves nothing to say.
     pub(crate) const DONE: Self = Self::Done {
-        warnings: Vec::new(),
+        remarks: Vec::new(),
     };
 }
 
-/// The pixels of a render, and warnings about its inputs.
+/// The pixels of a render, and remarks on its inputs.
 pub(crate) struct Rendered {
     pub(crate) image: Interleaved,
-    pub(crate) warnings: Vec<String>,
+    pub(crate) remarks: Vec<Remark>,
 }
 
 /// A computation and the plate that it is for.
@@ -85,7 +85,7 @@ impl RenderJob {
             let image = Interleaved::new(window, channels, |_, row| row.fill(1.0))?;
             return Ok(Some(Rendered {
                 image,
-                warnings: Vec::new(),
+                remarks: Vec::new(),
             }));
         }
         // The whole plate, but for `apply`, which renders what is asked for.
@@ -111,7 +111,7 @@ impl RenderJob {
         };
         Ok(Some(Rendered {
             image: interleave(&result.image, target, window)?,
-            warnings: result.warnings.clone(),
+            remarks: result.remarks.clone(),
         }))
     }
 }
@@ -172,26 +172,27 @@ impl Task {
         Ok(KeptResult {
             image,
             // The depth of added margins repeats that of the border.
-            warnings: warnings(&plate)?,
+            remarks: remarks_on(&plate)?,
         })
     }
 }
 
-/// Returns doubts about the depth input and the focus settings of `plate`.
+/// Returns remarks on the depth input and the focus settings of `plate`.
 ///
 /// # Errors
 /// Focus settings that cannot be followed.
-fn warnings(plate: &PreparedPlate) -> seidel_core::Result<Vec<String>> {
-    let mut warnings = Vec::new();
+fn remarks_on(plate: &PreparedPlate) -> seidel_core::Result<Vec<Remark>> {
+    let mut all = Vec::new();
     if let Some(pass) = plate.depth().pass() {
         let findings = plate.depth_findings()?;
         let width = plate.placement().width;
-        warnings = depth_warning::warnings(&findings, pass.meaning.convention, width);
+        all = remarks(&findings, pass.meaning.convention, width);
     }
-    warnings.extend(plate.focus_warning()?);
+    all.extend(plate.focus_warning()?.map(Remark::warning));
     let of_frame = plate.frame_warning();
-    warnings.extend(of_frame.map(|warning| format!("Film Back, Lens Scale: {warning}.")));
-    Ok(warnings)
+    let of_frame = of_frame.map(|warning| format!("Film Back, Lens Scale: {warning}."));
+    all.extend(of_frame.map(Remark::warning));
+    Ok(all)
 }
 
 /// Returns a map of the removal of blur, one plane a colour, with an alpha of 1 where the plate has one: the noise gain if

@@ -1,6 +1,6 @@
 //! The message suite: sections "OfxMessageSuiteV1" and "OfxMessageSuiteV2", `ofxMessage.h`.
 //!
-//! Messages are formats of `printf`: pass `%s` and the text.
+//! Messages are formats of `printf`: pass the text with each `%` doubled, and no argument.
 
 use std::ffi::{CStr, c_char};
 

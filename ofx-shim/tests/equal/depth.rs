@@ -86,3 +86,31 @@ fn doubts_about_depth_and_focus_name_knobs() {
     let doubt = last_message();
     assert!(doubt.contains("drawn as in focus"), "{doubt}");
 }
+
+/// Natron gives the colour of a file where its menu *Depth Layer* is left alone.
+#[test]
+fn the_colour_of_the_plate_is_no_depth() {
+    let host = Host::new();
+    host.connect("Depth", Some(plate()));
+    host.render(&plate(), WHOLE);
+    let messages = host.messages();
+    let warning = messages.last().expect("a warning");
+    assert!(
+        warning.contains("equals a colour of the plate"),
+        "{warning}"
+    );
+    assert!(warning.contains("Depth Layer"), "{warning}");
+}
+
+/// The command says it as a note, too: the lens was measured up to infinity, and everything is a kilometre away.
+#[test]
+fn millimetres_read_as_metres_are_noted() {
+    let host = Host::new();
+    let millimetres = Picture::new(WHOLE, 1, |x, y, _| 1e3 / (0.3 + (x + y) as f32 / 200.0));
+    host.connect("Depth", Some(millimetres));
+    host.render(&plate(), WHOLE);
+    let messages = host.messages();
+    let note = messages.last().expect("a note");
+    assert!(note.contains("is the unit right?"), "{note}");
+    assert!(note.contains("set World Scale"), "{note}");
+}

@@ -350,14 +350,9 @@ unsafe extern "C" fn message(
     _kind: *const c_char,
     _id: *const c_char,
     format: *const c_char,
-    text: *const c_char,
 ) -> c_int {
-    assert_eq!(name_of(format), "%s");
-    object(h)
-        .messages
-        .lock()
-        .expect("no panic")
-        .push(name_of(text));
+    let text = name_of(format).replace("%%", "%");
+    object(h).messages.lock().expect("no panic").push(text);
     0
 }
 
@@ -415,7 +410,6 @@ static SUITES: LazyLock<Suites> = LazyLock::new(|| {
                 set_persistent: Some(transmute::<
                     unsafe extern "C" fn(
                         Handle,
-                        *const c_char,
                         *const c_char,
                         *const c_char,
                         *const c_char,

@@ -34,6 +34,16 @@ const LOOKS: [(&str, &str); 12] = [
     ),
 ];
 
+/// The looks with a name, after the lens alone.
+const NAMED: [(&str, &str); 6] = [
+    ("", "as the lens (library:modern-50)"),
+    ("--look portrait", "--look portrait"),
+    ("--look swirl", "--look swirl"),
+    ("--look bubble", "--look bubble"),
+    ("--look anamorphic", "--look anamorphic"),
+    ("--look catadioptric", "--look catadioptric"),
+];
+
 /// The lenses of the library, each with its label.
 const LENSES: [(&str, &str); 8] = [
     ("modern-50", "modern: modern-50"),
@@ -48,14 +58,25 @@ const LENSES: [(&str, &str); 8] = [
 
 /// Draws one panel for each look of `docs/pictures/looks.png`.
 pub(super) fn draw(programs: &Programs) -> Result<(), String> {
-    let panels = LOOKS.map(|(options, label)| {
-        panel(
-            programs,
-            &format!("--lens library:modern-50 {options}"),
-            label,
-        )
-    });
-    sheet(programs, panels, 3, "looks.png")
+    sheet(programs, LOOKS.map(of_modern(programs)), 3, "looks.png")
+}
+
+/// Draws one panel for each look of `docs/pictures/named-looks.png`.
+pub(super) fn draw_named(programs: &Programs) -> Result<(), String> {
+    sheet(
+        programs,
+        NAMED.map(of_modern(programs)),
+        3,
+        "named-looks.png",
+    )
+}
+
+/// Returns a function that draws the panel of options and a label.
+fn of_modern(programs: &Programs) -> impl Fn((&str, &str)) -> Result<Panel, String> {
+    move |(options, label)| {
+        let options = format!("--lens library:modern-50 {options}");
+        panel(programs, &options, label)
+    }
 }
 
 /// Draws one panel for each lens of `docs/pictures/library.png`. The largest discs are of one size.

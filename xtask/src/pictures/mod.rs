@@ -11,6 +11,8 @@ mod remove;
 mod samples;
 mod show;
 
+pub(crate) use programs::finished;
+
 use std::path::Path;
 
 use programs::Programs;
@@ -21,13 +23,14 @@ pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME..
 type Draw = fn(&Programs) -> Result<(), String>;
 
 /// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 11] = [
+const PICTURES: [(&str, Draw); 12] = [
     ("before-after", |p| demo_file(p, "before-after.png")),
     ("sheet", |p| demo_file(p, "sheet.png")),
     ("lenses", |p| demo_file(p, "lenses.png")),
     ("colour", colour),
     ("hosts", hosts::draw),
     ("looks", looks::draw),
+    ("named-looks", looks::draw_named),
     ("library", looks::draw_library),
     ("remove", remove::draw),
     ("depth-edges", depth_edges::draw),

@@ -119,7 +119,7 @@ fn built(root: &Path) -> Result<PathBuf, String> {
 }
 
 /// Runs `command` to its end.
-fn finished(mut command: Command) -> Result<(), String> {
+pub(crate) fn finished(mut command: Command) -> Result<(), String> {
     let shown = format!("{command:?}");
     let status = command.status().map_err(|why| format!("{shown}: {why}"))?;
     if status.success() {

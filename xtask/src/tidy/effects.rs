@@ -6,12 +6,14 @@ use crate::workspace::{TextFile, Tree};
 /// Packages of the product.
 const PRODUCT: [&str; 5] = ["core/", "cli/", "plugin/", "ofx-shim/", "python/"];
 
-/// Identifiers that name something else in these files: a series of lens profiles, and a knob of looks.
-const OTHER_MEANINGS: [(&str, &str); 4] = [
+/// Identifiers that name something else in these files: a series of lens profiles, a knob of looks, and a look.
+const OTHER_MEANINGS: [(&str, &str); 6] = [
     ("core/optics/src/profile/pupil.rs", "distortion"),
     ("ofx-shim/src/lens/built_in.rs", "distortion"),
     ("core/optics/src/profile/look.rs", "obstruction"),
     ("core/src/knobs/look.rs", "obstruction"),
+    ("core/src/knobs/preset.rs", "obstruction"),
+    ("core/src/knobs/preset.rs", "anamorphic"),
 ];
 
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {

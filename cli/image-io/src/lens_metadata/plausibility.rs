@@ -87,8 +87,7 @@ impl Optics {
                 "is {text}{focal}, where {} fits: the file may hold millimetres",
                 Quantity::Focus.text(number::decimal(value / 1000.0))
             ),
-            remedy: "correct the file, or give the distance by --focus-distance or --animate"
-                .to_owned(),
+            remedy: "correct the file, or give the focus distance".to_owned(),
         })
     }
 

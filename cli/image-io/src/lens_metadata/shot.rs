@@ -192,7 +192,10 @@ fn column(
             &shot.file,
             format!("frame {}, {field}", shot.frame),
             format!("is missing, as in {lacking} of {} frames", records.len()),
-            format!("give the {} by its option or by --animate", quantity.name()),
+            format!(
+                "give the {} for all frames, or a value a frame",
+                quantity.name()
+            ),
         ));
     }
     let first = records.iter().find(|shot| values.contains_key(&shot.frame));

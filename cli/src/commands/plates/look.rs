@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use seidel_core::{AperturePicture, Blades, Bloom, Settings};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use seidel_core::{AperturePicture, Blades, Bloom, LookPreset, Settings};
 
 use super::animated;
 use super::{SettingsRecord, setting};
@@ -17,6 +18,9 @@ use seidel_image_io::image_channel::ImageChannel;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Look")]
 pub(crate) struct LookArgs {
+    /// A look with a name: values for the options of this group but bloom. Those that are given as well come first
+    #[arg(long, value_name = "NAME", value_parser = preset_names())]
+    look: Option<String>,
     /// Iris blades: 3 to 13, or 0 for a round iris; those of the lens if omitted
     ///
     /// All looks but bloom need a lens of rays: one of the library, or one fitted with --model reduced or extended. They act on
@@ -40,7 +44,31 @@ fn parse_blades(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("give {least} to {most}, or 0 for a round iris"))
 }
 
+fn preset_names() -> PossibleValuesParser {
+    let presets = LookPreset::all().iter();
+    PossibleValuesParser::new(
+        presets.map(|preset| PossibleValue::new(preset.name).help(preset.help)),
+    )
+}
+
 impl LookArgs {
+    fn preset(&self) -> Option<&'static LookPreset> {
+        LookPreset::named(self.look.as_deref()?)
+    }
+
+    /// Returns the number of blades that is given, or else that of the preset.
+    fn blade_count(&self) -> Option<u32> {
+        self.blades.or_else(|| self.preset()?.blades)
+    }
+
+    /// Returns the numbers that are given, with those of the preset for the others.
+    fn numbers(&self) -> NewBlurKnobs {
+        match self.preset() {
+            Some(preset) => self.knobs.with_defaults(preset.values()),
+            None => self.knobs.clone(),
+        }
+    }
+
     /// Writes look and bloom to `settings`.
     ///
     /// # Errors
@@ -48,8 +76,8 @@ impl LookArgs {
     pub(crate) fn put(&self, settings: &mut Settings) -> Result<(), CommandError> {
         let picture = self.aperture_picture.as_deref();
         settings.look.picture = picture.map(read_picture).transpose()?;
-        settings.look.blades = self.blades.map(Blades::straight);
-        Ok(self.knobs.put(settings)?)
+        settings.look.blades = self.blade_count().map(Blades::straight);
+        Ok(self.numbers().put(settings)?)
     }
 
     /// Writes the numbers of look and bloom to `settings`, which have those of [`Self::put`], with the values that `table` has
@@ -63,14 +91,16 @@ impl LookArgs {
         frame: i64,
         settings: &mut Settings,
     ) -> Result<(), CommandError> {
-        let knobs = animated::at_frame(&self.knobs, table, frame)?;
+        let knobs = animated::at_frame(&self.numbers(), table, frame)?;
         Ok(knobs.put(settings)?)
     }
 
     /// Rejects a table that changes the curvature or the rotation of blades that no option gives.
     pub(super) fn check_blades(&self, table: &Animation) -> Result<(), CommandError> {
         let mut names = table.names();
-        if self.blades.is_some() || !names.any(|name| name == "roundness" || name == "rotation") {
+        if self.blade_count().is_some()
+            || !names.any(|name| name == "roundness" || name == "rotation")
+        {
             return Ok(());
         }
         Err(FileError::new(

@@ -22,6 +22,10 @@ const MOST_BYTES: usize = 160 << 20;
 /// Renders after which an unused kernel makes room for others.
 const KEPT_RENDERS: u64 = 2;
 
+/// Renders after which an unused kernel is dropped, so that a shot whose focus is animated does not fill the memory of a host with
+/// kernels of the frames before. Two nodes with one lens, and a comparison of two values of a knob, need fewer.
+const IDLE_RENDERS: u64 = 8;
+
 /// The truncation of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Truncation {
@@ -99,7 +103,7 @@ impl Shard {
     fn keep(&mut self, hash: u64, kept: Kept, most_bytes: usize) {
         let bytes = kept.bytes();
         if self.bytes + bytes > most_bytes && self.swept < kept.last_used {
-            self.drop_unused(kept.last_used);
+            self.drop_unused(kept.last_used, KEPT_RENDERS);
         }
         if self.bytes + bytes <= most_bytes {
             self.bytes += bytes;
@@ -107,10 +111,11 @@ impl Shard {
         }
     }
 
-    fn drop_unused(&mut self, render: u64) {
+    /// Drops the kernels that the last `renders` before `render` did not use.
+    fn drop_unused(&mut self, render: u64, renders: u64) {
         self.swept = render;
         self.kernels.retain(|_, all| {
-            all.retain(|kept| kept.last_used + KEPT_RENDERS > render);
+            all.retain(|kept| kept.last_used + renders > render);
             !all.is_empty()
         });
         self.bytes = self.kernels.values().flatten().map(Kept::bytes).sum();
@@ -155,9 +160,16 @@ impl KernelStore {
         }
     }
 
-    /// Begins a render: kernels that the last two did not use make room for new ones.
+    /// Begins a render: kernels that the last two did not use make room for new ones, and those that the last eight did not use are
+    /// dropped.
     pub fn begin_render(&self) {
-        self.renders.fetch_add(1, Ordering::Relaxed);
+        let render = self.renders.fetch_add(1, Ordering::Relaxed) + 1;
+        for shard in &self.shards {
+            let mut shard = lock(shard);
+            let swept = shard.swept;
+            shard.drop_unused(render, IDLE_RENDERS);
+            shard.swept = swept;
+        }
     }
 
     /// Returns the memory that the kernels take, bytes.
@@ -296,5 +308,9 @@ mod tests {
         assert_eq!(drawn, 200);
         assert!(new.filter(|key| is_drawn(&store, key)).count() < 200);
         assert!(store.bytes() <= 4 * one * SHARDS);
+        for _ in 0..IDLE_RENDERS {
+            store.begin_render();
+        }
+        assert_eq!(store.bytes(), 0);
     }
 }

@@ -25,6 +25,9 @@ const WEIGHT_CORNER: f64 = 0.03;
 /// The middle tap of a filter and the taps to one side.
 pub(super) type Filter = [f64; SIDE_TAPS + 1];
 
+/// Most filters that are kept.
+const MOST_FILTERS: usize = 4096;
+
 /// Filters kept from one render to the next: every crop of every depth layer asks for the same few, and a fit takes 0.1 ms.
 #[derive(Default)]
 pub(super) struct FilterStore(Mutex<BTreeMap<(u32, u64), Filter>>);
@@ -34,6 +37,9 @@ impl FilterStore {
     pub(super) fn filter(&self, level: u32, sigma: f64) -> Filter {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (level, sigma.to_bits());
+        if known.len() == MOST_FILTERS && !known.contains_key(&key) {
+            known.clear();
+        }
         *(known.entry(key)).or_insert_with(|| compensation_filter(level, sigma))
     }
 }

@@ -77,14 +77,20 @@ pub(super) fn describe_in_context(call: &Call<'_>) -> OfxStatus {
     } else {
         3.0
     };
-    define_double(call, c"size", default_size, 100.0);
-    define_double(call, c"mix", 1.0, 1.0);
+    define_double(call, c"size", c"", default_size, 100.0);
+    define_parameter(call, kOfxParamTypeGroup, c"blend");
+    define_double(call, c"mix", c"blend", 1.0, 1.0);
     for name in [c"useDepth", c"useMask"] {
         define_parameter(call, kOfxParamTypeBoolean, name);
     }
     if let Some(set) = define_parameter(call, kOfxParamTypeString, c"file") {
         set.set_strings(kOfxParamPropStringMode, &[kOfxParamStringIsFilePath]);
         set.set_int(kOfxParamPropAnimates, 0);
+    }
+    if let Some(set) = define_parameter(call, kOfxParamTypePage, c"Controls") {
+        let mut children = vec![c"size", c"blend", c"mix", c"useDepth", c"useMask", c"file"];
+        children.retain(|name| call.fault != Fault::UnlistedGroup || *name != c"blend");
+        set.set_strings(kOfxParamPropPageChild, &children);
     }
     kOfxStatOK
 }
@@ -101,10 +107,11 @@ fn define_parameter<'a>(call: &Call<'a>, kind: &CStr, name: &CStr) -> Option<Pro
     })
 }
 
-/// Defines a double parameter with a range from 0 to `max`.
-fn define_double(call: &Call<'_>, name: &CStr, default: f64, max: f64) {
+/// Defines a double parameter with a range from 0 to `max`, in the group `parent` if it is not empty.
+fn define_double(call: &Call<'_>, name: &CStr, parent: &CStr, default: f64, max: f64) {
     if let Some(set) = define_parameter(call, kOfxParamTypeDouble, name) {
         set.set_strings(kOfxPropLabel, &[name]);
+        set.set_strings(kOfxParamPropParent, &[parent]);
         set.set_doubles(kOfxParamPropDefault, &[default]);
         for property in [kOfxParamPropMin, kOfxParamPropDisplayMin] {
             set.set_doubles(property, &[0.0]);

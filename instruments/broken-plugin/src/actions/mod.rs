@@ -28,8 +28,7 @@ struct Instance {
 }
 
 /// Known actions for which the plugin returns the default reply.
-const DEFAULT_ACTIONS: [&str; 12] = [
-    "OfxImageEffectActionGetClipPreferences",
+const DEFAULT_ACTIONS: [&str; 11] = [
     "OfxImageEffectActionGetFramesNeeded",
     "OfxImageEffectActionGetTimeDomain",
     "OfxImageEffectActionBeginSequenceRender",
@@ -84,6 +83,7 @@ pub(crate) fn act(
         "OfxActionCreateInstance" => create_instance(&call),
         "OfxActionDestroyInstance" => destroy_instance(&call),
         "OfxActionInstanceChanged" => instance_changed(&call),
+        "OfxImageEffectActionGetClipPreferences" => regions::clip_preferences(&call),
         "OfxImageEffectActionGetRegionOfDefinition" => regions::region_of_definition(&call),
         "OfxImageEffectActionGetRegionsOfInterest" => regions::regions_of_interest(&call),
         "OfxImageEffectActionIsIdentity" => regions::identity(&call),

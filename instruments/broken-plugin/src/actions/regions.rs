@@ -1,10 +1,34 @@
-//! GetRegionOfDefinition, GetRegionsOfInterest and IsIdentity.
+//! GetClipPreferences, GetRegionOfDefinition, GetRegionsOfInterest and IsIdentity.
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 
 use super::Call;
 use crate::faults::Fault;
+
+/// Gives Source and Output the components that Source has.
+pub(super) fn clip_preferences(call: &Call<'_>) -> OfxStatus {
+    let source = call.effect.clip(c"Source");
+    let own = source.and_then(|clip| clip.properties.string(kOfxImageClipPropUnmappedComponents));
+    let known = [
+        kOfxImageComponentRGBA,
+        kOfxImageComponentRGB,
+        kOfxImageComponentAlpha,
+    ];
+    let own = known
+        .into_iter()
+        .find(|name| own.as_deref().map(str::as_bytes) == Some(name.to_bytes()));
+    let (Some(own), false) = (own, call.fault == Fault::WidestOutput) else {
+        return kOfxStatReplyDefault;
+    };
+    for property in [
+        c"OfxImageClipPropComponents_Source",
+        c"OfxImageClipPropComponents_Output",
+    ] {
+        call.out_args.set_strings(property, &[own]);
+    }
+    kOfxStatOK
+}
 
 /// Expands a rectangle (x1, y1, x2, y2) on every side.
 fn expanded(rect: [f64; 4], margin: f64) -> [f64; 4] {

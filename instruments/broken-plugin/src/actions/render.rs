@@ -14,6 +14,9 @@ use crate::faults::Fault;
 use crate::image::{Image, ImageError};
 use crate::state::{LAST_RENDER, RENDERS};
 
+/// Bytes that [`Fault::KeepsFrames`] keeps of each frame.
+const KEPT_BYTES: usize = 20_000;
+
 /// A render, shared by its threads.
 struct Job<'a> {
     call: &'a Call<'a>,
@@ -116,6 +119,9 @@ fn prepare<'a>(call: &'a Call<'a>) -> Result<Job<'a>, OfxStatus> {
             0.5
         }
     };
+    if call.fault == Fault::KeepsFrames {
+        std::mem::forget(std::hint::black_box(vec![0_u8; KEPT_BYTES]));
+    }
     let gain = match call.fault {
         Fault::Accumulates => 1.0 + RENDERS.fetch_add(1, Ordering::SeqCst) as f32,
         _ => 1.0,
@@ -152,7 +158,8 @@ fn check_file(call: &Call<'_>) -> Result<(), OfxStatus> {
     }
     let format = match call.fault {
         Fault::MessageAsFormat => MessageFormat::Format,
-        _ => MessageFormat::Text,
+        Fault::MessageWithArgument => MessageFormat::Argument,
+        _ => MessageFormat::Escaped,
     };
     let text = format!("{file}: the file does not exist; choose another");
     call.effect.post_error(&text, format);
@@ -170,7 +177,7 @@ fn fetch_output<'a>(call: &Call<'a>) -> Result<Image<'a>, OfxStatus> {
         ImageError::Missing => kOfxStatFailed,
         ImageError::Unsupported => {
             let text = "the host's images are not of a supported bit depth; convert them first";
-            call.effect.post_error(text, MessageFormat::Text);
+            call.effect.post_error(text, MessageFormat::Escaped);
             kOfxStatErrImageFormat
         }
     })

@@ -5,13 +5,14 @@ use openfx::sys::image_effect_v1::image_effect::*;
 use super::{Check, Report, fixture};
 use crate::drive::{LoadedPlugin, RenderRequest};
 use crate::host::profile::Profile;
+use crate::host::profiles;
 use crate::picture::{Picture, plate};
 use crate::scene::{Input, Scene};
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "components",
-    about: "Alpha, RGB and RGBA render alike, and depth may have one, three or four channels",
+    about: "Alpha, RGB and RGBA render alike, depth may have one, three or four channels, and inputs more than Source",
     run,
 };
 
@@ -61,7 +62,29 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             report.expect_ok(render(&scene), &case);
         }
         check_depth(loaded, subject, report)
+    })?;
+    fixture::with_plugin(subject, report, profiles::natron(), |loaded, report| {
+        check_wide_inputs(loaded, subject, report)
     })
+}
+
+/// Checks that a source of few channels renders beside any other input of more, in a host that gives Output the most.
+fn check_wide_inputs(
+    loaded: &LoadedPlugin<'_>,
+    subject: &Subject,
+    report: &mut Report,
+) -> Result<(), String> {
+    let all = fixture::connect_all(loaded, fixture::scene())?;
+    let others = all.inputs.keys().filter(|clip| *clip != "Source");
+    for (clip, channels) in others.flat_map(|clip| [(clip, 1), (clip, 3)]) {
+        let source = Scene::new(plate(fixture::BOUNDS, channels, 1));
+        let beside = plate(fixture::BOUNDS, 4, 2);
+        let scene = source.connect(clip, Input::still(beside));
+        let frame = fixture::render(loaded, subject, &scene, &RenderRequest::default());
+        let case = format!("Source of {channels} channels beside {clip} of 4");
+        report.expect_ok(frame, &case);
+    }
+    Ok(())
 }
 
 /// Checks that depth of any number of channels gives the same picture.

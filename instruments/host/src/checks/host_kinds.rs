@@ -47,6 +47,9 @@ fn check_host(
     for preferred in [kOfxImageEffectContextFilter, kOfxImageEffectContextGeneral] {
         let context = loaded.context_like(preferred)?;
         let instance = Instance::new(&loaded, &context, &fixture::scene())?;
+        for clip in instance.effect.clips() {
+            instance.notify_connected(&clip.name)?;
+        }
         fixture::apply(&instance, subject.kind.blur)?;
         let frame = instance.render_checked(&RenderRequest::default())?;
         instance.destroy()?;

@@ -13,6 +13,7 @@ mod empty_clips;
 mod exports;
 mod fields;
 mod fixture;
+mod frame_memory;
 mod host_kinds;
 mod identity;
 mod image_release;
@@ -27,6 +28,7 @@ mod null_arguments;
 mod null_functions;
 mod origin;
 mod overlay;
+mod pages;
 mod parameter_access;
 mod parameter_changes;
 mod pixel_aspect;
@@ -35,6 +37,7 @@ mod regions_of_interest;
 mod reload;
 mod render_scale;
 mod row_layouts;
+mod saved_project;
 mod string_lifetime;
 mod thread_counts;
 mod tiles;
@@ -125,6 +128,7 @@ pub static ALL: &[&Check] = &[
     &exports::CHECK,
     &description::CHECK,
     &contexts::CHECK,
+    &pages::CHECK,
     &blur::CHECK,
     &reload::CHECK,
     &leftover_threads::CHECK,
@@ -136,6 +140,7 @@ pub static ALL: &[&Check] = &[
     &parameter_access::CHECK,
     &host_kinds::CHECK,
     &leaks::CHECK,
+    &frame_memory::CHECK,
     &image_release::CHECK,
     &written_pixels::CHECK,
     &row_layouts::CHECK,
@@ -159,6 +164,7 @@ pub static ALL: &[&Check] = &[
     &abort::CHECK,
     &messages::CHECK,
     &missing_file::CHECK,
+    &saved_project::CHECK,
     &overlay::CHECK,
 ];
 

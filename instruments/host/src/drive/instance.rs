@@ -1,6 +1,7 @@
 //! An instance with connected clips and set parameters.
 
 use std::ffi::CStr;
+use std::path::Path;
 use std::sync::Arc;
 
 use openfx::sys::generic::core::*;
@@ -109,7 +110,7 @@ impl<'l> Instance<'l> {
     pub fn connect(&self, scene: &Scene) {
         let mut scene = scene.clone();
         for clip in self.effect.clips() {
-            let channels = self.supported_channels(&clip, &scene);
+            let channels = self.supported_channels(&clip, scene.channels(&clip.name));
             convert_input(&mut scene, &clip.name, channels);
         }
         self.set_scene(scene);
@@ -133,9 +134,8 @@ impl<'l> Instance<'l> {
         *locked(&self.effect.scene) = scene;
     }
 
-    /// Returns the number of channels in which the host gives a clip's pictures: their own if the clip supports them.
-    fn supported_channels(&self, clip: &Clip, scene: &Scene) -> usize {
-        let own = scene.channels(&clip.name);
+    /// Returns the number of channels in which the host gives a clip's pictures: their `own` if the clip supports them.
+    fn supported_channels(&self, clip: &Clip, own: usize) -> usize {
         let supported = clip
             .properties
             .texts(kOfxImageEffectPropSupportedComponents);
@@ -160,7 +160,10 @@ impl<'l> Instance<'l> {
         let input = scene.input(format_clip);
         let is_connected =
             is_output || !matches!(input.feed, Feed::Unconnected) || host.all_connected;
-        let channels = scene.channels(format_clip);
+        let channels = match is_output {
+            true => scene.output_channels(),
+            false => scene.channels(&clip.name),
+        };
         let (clip_components, depth) = if is_connected {
             (
                 components(channels),
@@ -228,6 +231,18 @@ impl<'l> Instance<'l> {
     /// # Errors
     /// If the plugin fails.
     pub fn notify_changed(&self, kind: &CStr, name: &str, reason: &CStr) -> Result<(), String> {
+        self.notify(kind, name, reason)?;
+        self.update_after_change()
+    }
+
+    fn update_after_change(&self) -> Result<(), String> {
+        if self.loaded.host.profile.calls_optional_actions {
+            self.update_clip_preferences()?;
+        }
+        Ok(())
+    }
+
+    fn notify(&self, kind: &CStr, name: &str, reason: &CStr) -> Result<(), String> {
         let host: &Host = self.loaded.host;
         let act = |arguments: Arguments, action: &CStr| {
             let in_args = arguments
@@ -253,9 +268,6 @@ impl<'l> Instance<'l> {
         for status in statuses {
             check_status(&format!("InstanceChanged of {name}"), status)?;
         }
-        if host.profile.calls_optional_actions {
-            self.update_clip_preferences()?;
-        }
         Ok(())
     }
 
@@ -267,7 +279,12 @@ impl<'l> Instance<'l> {
         let host: &Host = self.loaded.host;
         let action = kOfxImageEffectActionGetClipPreferences;
         let mut scene = locked(&self.effect.scene).clone();
+        if host.profile.widest_output {
+            scene.output = self.widest_output(&scene);
+            self.set_scene(scene.clone());
+        }
         let out_args = self.default_clip_preferences(&scene).out_args(host, action);
+        let defaults = out_args.all();
         let status = act_with(
             &self.loaded.plugin,
             action,
@@ -289,10 +306,12 @@ impl<'l> Instance<'l> {
             ));
         }
         for clip in self.effect.clips() {
-            let chosen = preferences
-                .get(&format!("OfxImageClipPropComponents_{}", clip.name))
-                .and_then(|values| values.first());
-            let Some(Value::Text(chosen)) = chosen else {
+            let property = format!("OfxImageClipPropComponents_{}", clip.name);
+            let chosen = preferences.get(&property);
+            if chosen == defaults.get(&property) {
+                continue;
+            }
+            let Some(Value::Text(chosen)) = chosen.and_then(|values| values.first()) else {
                 continue;
             };
             let channels = [1, 3, 4]
@@ -310,10 +329,64 @@ impl<'l> Instance<'l> {
                     clip.name
                 ));
             }
+            if clip.name == "Output" && host.profile.widest_output {
+                scene.output = Some(channels);
+            }
             convert_input(&mut scene, &clip.name, channels);
         }
         self.set_scene(scene);
         Ok(())
+    }
+
+    /// Returns the most channels of any input, as far as Output supports them.
+    fn widest_output(&self, scene: &Scene) -> Option<usize> {
+        let output = self.effect.clip("Output")?;
+        let widest = scene.inputs.keys().map(|clip| scene.channels(clip)).max()?;
+        Some(self.supported_channels(&output, widest))
+    }
+
+    /// Makes relative paths in parameters of files absolute, as a project that was saved and opened has them in such a host.
+    pub fn save_and_open(&self) {
+        if !self.loaded.host.profile.absolute_paths {
+            return;
+        }
+        for parameter in self.effect.parameters.all() {
+            let modes = parameter.properties.texts(kOfxParamPropStringMode);
+            let is_file = modes
+                .iter()
+                .any(|mode| mode.as_bytes() == kOfxParamStringIsFilePath.to_bytes());
+            if let ParameterValue::Text(text) = parameter.value()
+                && is_file
+                && !text.is_empty()
+                && !Path::new(&text).is_absolute()
+            {
+                parameter.set(ParameterValue::Text(format!("/project/shots/{text}")));
+            }
+        }
+    }
+
+    /// Notifies the plugin that the user has connected a clip.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn notify_connected(&self, clip: &str) -> Result<(), String> {
+        let scene = locked(&self.effect.scene).clone();
+        if self.loaded.host.profile.late_components {
+            let mut early = scene.clone();
+            if let Some(input) = early.inputs.get_mut(clip) {
+                input.feed = Feed::Fails;
+            }
+            self.set_scene(early);
+            if let Some(clip) = self.effect.clip(clip) {
+                let none = vec![Value::Text(kOfxImageComponentNone.to_owned())];
+                (clip.properties).put(kOfxImageEffectPropComponents, none.clone());
+                (clip.properties).put(kOfxImageClipPropUnmappedComponents, none);
+            }
+        }
+        let notified = self.notify(kOfxTypeClip, clip, kOfxChangeUserEdited);
+        self.set_scene(scene);
+        notified?;
+        self.update_after_change()
     }
 
     /// Returns the arguments of GetClipPreferences with the current format of each clip.
@@ -348,7 +421,7 @@ impl<'l> Instance<'l> {
     /// Returns the number of channels of Output.
     #[must_use]
     pub fn output_channels(&self) -> usize {
-        locked(&self.effect.scene).channels("Source")
+        locked(&self.effect.scene).output_channels()
     }
 
     /// Calls DestroyInstance.

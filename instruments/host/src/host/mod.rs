@@ -80,7 +80,7 @@ pub struct Message {
     pub kind: String,
     /// The printf format.
     pub format: String,
-    /// The text, if the format is `%s`.
+    /// The text that is printed; empty if the format has conversions other than a single `%s`.
     pub text: String,
     /// Whether it stays until it is cleared.
     pub persistent: bool,
@@ -101,6 +101,8 @@ pub struct Counters {
     pub abort_polls: AtomicUsize,
     /// Calls of `abort` that returned yes.
     pub abort_replies: AtomicUsize,
+    /// Steps of undo: edits begun, and values that an overlay sets outside them.
+    pub undo_steps: AtomicUsize,
     /// Parameter edits begun and not yet ended.
     pub edits_open: AtomicI64,
     /// Progress begun and not yet ended.

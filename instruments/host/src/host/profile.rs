@@ -78,6 +78,16 @@ pub struct Profile {
     pub false_bit_depth: Option<&'static CStr>,
     /// Whether calls of `clearPersistentMessage` are misuse, because the function pointer is invalid in such hosts.
     pub invalid_clear_message: bool,
+    /// Whether arguments of messages print nothing, because it passes a `va_list` on as an argument.
+    pub blank_message_arguments: bool,
+    /// Whether a group that no page lists goes to the end of the panel.
+    pub appends_unlisted_groups: bool,
+    /// Whether Output has the most channels of any input, where the plugin does not say what it has.
+    pub widest_output: bool,
+    /// Whether a saved project has absolute paths in all parameters of files.
+    pub absolute_paths: bool,
+    /// Whether a clip has no components and no images while the plugin is notified of its connection.
+    pub late_components: bool,
     /// The row layout of images, unless a request sets another.
     pub rows: RowLayout,
     /// Factor of the render scale that images report; 0 leaves the property out.
@@ -124,6 +134,11 @@ impl Profile {
             samples: None,
             false_bit_depth: None,
             invalid_clear_message: false,
+            blank_message_arguments: false,
+            appends_unlisted_groups: false,
+            widest_output: false,
+            absolute_paths: false,
+            late_components: false,
             rows: RowLayout::Padded,
             image_scale_factor: 1.0,
             reloads: false,

@@ -77,13 +77,19 @@ fn resolve() -> Profile {
     }
 }
 
-/// Natron: API 1.4, complete but for the draw suite. Sources: NatronGitHub/openfx, openfx-misc README-hosts.txt.
-fn natron() -> Profile {
+/// Natron: API 1.4, complete but for the draw suite, with ways of its own with messages, panels, components, paths and connections.
+/// Sources: NatronGitHub/openfx, openfx-misc README-hosts.txt, and Natron 2.5 as it behaves.
+pub(crate) fn natron() -> Profile {
     Profile {
         name: "natron",
         host_name: c"fr.inria.Natron",
         api: (1, 4),
         missing_suites: vec![(kOfxDrawSuite, 1)],
+        blank_message_arguments: true,
+        appends_unlisted_groups: true,
+        widest_output: true,
+        absolute_paths: true,
+        late_components: true,
         ..Profile::complete()
     }
 }

@@ -11,6 +11,8 @@ pub(super) static KIND: PluginKind = PluginKind {
     depth: None,
     mask: None,
     file: None,
+    references: &[],
+    animated: None,
     half_scale_tolerance: 1.0,
     pixel_aspect_tolerance: f64::INFINITY,
     polls_abort: false,

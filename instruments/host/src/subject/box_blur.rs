@@ -1,6 +1,6 @@
 //! The box blur of `instruments/broken-plugin`.
 
-use super::{FileParameter, PluginKind, StaticValue};
+use super::{Animated, FileParameter, PluginKind, StaticValue};
 
 // `size` is the radius in canonical pixels.
 pub(super) static KIND: PluginKind = PluginKind {
@@ -28,6 +28,12 @@ pub(super) static KIND: PluginKind = PluginKind {
         name: "file",
         in_use: &[],
         not_in_use: &[("file", StaticValue::Text(""))],
+    }),
+    references: &[],
+    animated: Some(Animated {
+        name: "size",
+        range: (1.0, 5.0),
+        in_use: &[],
     }),
     half_scale_tolerance: 0.12,
     pixel_aspect_tolerance: 0.12,

@@ -45,6 +45,17 @@ pub struct FileParameter {
     pub not_in_use: Settings,
 }
 
+/// A number that changes the blur.
+#[derive(Debug)]
+pub struct Animated {
+    /// The name of the parameter.
+    pub name: &'static str,
+    /// Its values over a shot.
+    pub range: (f64, f64),
+    /// Settings with which it has an effect.
+    pub in_use: Settings,
+}
+
 /// A kind of plugin, as far as the checks need it.
 #[derive(Debug)]
 pub struct PluginKind {
@@ -64,6 +75,10 @@ pub struct PluginKind {
     pub mask: Option<Settings>,
     /// A file that it reads.
     pub file: Option<FileParameter>,
+    /// Settings on top of `blur` with parameters of files that name something that is no file.
+    pub references: &'static [Settings],
+    /// A number that changes the blur.
+    pub animated: Option<Animated>,
     /// Largest difference, for samples of 0 to 1, between a render at half scale and the downsampled full one.
     pub half_scale_tolerance: f32,
     /// Largest difference of the blur width, in pixels twice as wide, from half that in square pixels.

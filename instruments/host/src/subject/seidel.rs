@@ -1,6 +1,6 @@
 //! Seidel's own plugin.
 
-use super::{FileParameter, PluginKind, StaticValue};
+use super::{Animated, FileParameter, PluginKind, StaticValue};
 
 // A built-in lens, scaled down and at a short distance, gives a blur of a few pixels that differs between channels.
 pub(super) static KIND: PluginKind = PluginKind {
@@ -61,6 +61,22 @@ pub(super) static KIND: PluginKind = PluginKind {
             ("lens", StaticValue::Int(1)),
             ("profile", StaticValue::Text("")),
         ],
+    }),
+    references: &[
+        &[
+            ("lens", StaticValue::Int(0)),
+            ("profile", StaticValue::Text("library:macro-100")),
+        ],
+        &[
+            ("sourceCodes", StaticValue::Int(13)),
+            ("ocioConfig", StaticValue::Text("seidel")),
+            ("sourceSpace", StaticValue::Text("srgb_rec709_scene")),
+        ],
+    ],
+    animated: Some(Animated {
+        name: "focusDistance",
+        range: (1.2, 3.0),
+        in_use: &[("focus", StaticValue::Int(1))],
     }),
     half_scale_tolerance: 0.12,
     pixel_aspect_tolerance: 0.12,

@@ -71,6 +71,8 @@ pub enum DepthProblem {
         /// Largest number.
         largest: f64,
     },
+    /// Depth equals a colour of the plate in every pixel.
+    Colour,
     /// Depth is multiplied by alpha, or filtered against a background of zero.
     Premultiplied {
         /// Edge pixels examined.
@@ -147,6 +149,7 @@ impl fmt::Display for DepthProblem {
                 f,
                 "numbers fill 0 to 1 ({least:.4} to {largest:.4}) and seem normalised, but are read as metres"
             ),
+            Self::Colour => write!(f, "equals a colour of the plate in every pixel"),
             Self::Premultiplied { pixels, share } => write!(
                 f,
                 "depth seems multiplied by coverage, or filtered against zero: on {:.0} % of {pixels} edge pixels it is a fraction of the surface's depth",

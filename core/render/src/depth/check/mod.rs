@@ -75,6 +75,9 @@ impl DepthCheck<'_> {
         if let Some(finding) = values::constant(self) {
             return Ok(vec![finding]);
         }
+        if let Some(finding) = picture::colour(self) {
+            return Ok(vec![finding]);
+        }
         let mut findings = Vec::new();
         // Each of these makes the next meaningless: normalised numbers bend planes, and values of another
         // convention have no unit.

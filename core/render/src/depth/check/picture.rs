@@ -1,4 +1,4 @@
-//! Detection of the depth of another picture: of the other eye or another frame, mirrored or turned.
+//! Detection of a picture in place of depth, and of the depth of another picture: of the other eye or another frame, mirrored or turned.
 //!
 //! Objects end where their depth ends, so that edges of depth lie on edges of the picture. The rank of a pixel is the share of pixels with a
 //! smaller gradient of log luminance: the mean rank over the edges of depth is near 1/2 by chance, and highest in the right place. A right
@@ -81,6 +81,17 @@ impl DepthPlace {
             ),
         }
     }
+}
+
+/// Finds a pass that is a colour of the plate, as where an input of depth gets the plate and no channel is chosen.
+pub(super) fn colour(check: &DepthCheck) -> Option<DepthFinding> {
+    let mut colours = check.colours.iter();
+    let is_equal = colours.any(|plane| plane.as_slice() == check.samples);
+    is_equal.then(|| DepthFinding {
+        problem: DepthProblem::Colour,
+        severity: Severity::Warning,
+        remedy: "name the channel that holds depth".to_owned(),
+    })
 }
 
 /// Finds a pass whose edges lie on those of the picture in another place only.
@@ -263,10 +274,13 @@ mod tests {
         }
     }
 
-    fn found(colours: &[Vec<f32>], vergence: &[f32]) -> Option<DepthPlace> {
-        let samples: Vec<f32> = vergence.iter().map(|v| 1.0 / v).collect();
-        let check = DepthCheck {
-            samples: &samples,
+    fn check<'a>(
+        colours: &'a [Vec<f32>],
+        samples: &'a [f32],
+        vergence: &'a [f32],
+    ) -> DepthCheck<'a> {
+        DepthCheck {
+            samples,
             vergence,
             width: SIZE.0,
             height: SIZE.1,
@@ -281,11 +295,29 @@ mod tests {
                 pixel_aspect: 1.0,
             },
             lens: LensDistances::default(),
-        };
-        match misplaced(&check)?.problem {
+        }
+    }
+
+    fn found(colours: &[Vec<f32>], vergence: &[f32]) -> Option<DepthPlace> {
+        let samples: Vec<f32> = vergence.iter().map(|v| 1.0 / v).collect();
+        match misplaced(&check(colours, &samples, vergence))?.problem {
             DepthProblem::Misplaced { place, .. } => Some(place),
             _ => None,
         }
+    }
+
+    #[test]
+    fn a_colour_of_the_plate_is_no_depth() {
+        let scene = Scene::new(1, 0.3);
+        let vergence: Vec<f32> = scene.colour.iter().map(|z| 1.0 / z).collect();
+        let colours = [scene.blurred(2), scene.colour.clone()];
+        let problems = |colours: &[Vec<f32>]| {
+            let findings = check(colours, &scene.colour, &vergence).findings();
+            let findings = findings.expect("valid").into_iter();
+            findings.map(|found| found.problem).collect::<Vec<_>>()
+        };
+        assert_eq!(problems(&colours), [DepthProblem::Colour]);
+        assert!(!problems(&colours[..1]).contains(&DepthProblem::Colour));
     }
 
     const WRONG: [DepthPlace; 5] = [

@@ -183,6 +183,7 @@ fn name(problem: &DepthProblem) -> &'static str {
         DepthProblem::ImplausibleRange { .. } => "range",
         DepthProblem::OffTheLens { .. } => "off the lens",
         DepthProblem::Normalised { .. } => "normalised",
+        DepthProblem::Colour => "colour",
         DepthProblem::Premultiplied { .. } => "premultiplied",
         DepthProblem::Misplaced { .. } => "misplaced",
         DepthProblem::Quantised { .. } => "quantised",

@@ -66,15 +66,19 @@ pub(super) unsafe fn post(
             ));
         }
         let mut text = String::new();
-        if format != "%s" {
-            host.record_misuse(format!(
-                "a message has the format {format:?}; pass its text with the format \"%s\""
-            ));
-        } else if argument == 0 {
+        if format == "%s" && argument == 0 {
             host.record_misuse("a message has the format \"%s\" and a NULL argument");
-        } else {
+        } else if format == "%s" && host.profile.blank_message_arguments {
+            text.push(' ');
+        } else if format == "%s" {
             // SAFETY: guaranteed by the caller.
             text = unsafe { string(argument as *const c_char) };
+        } else if format.replace("%%", "").contains('%') {
+            host.record_misuse(format!(
+                "a message has the format {format:?}; double each % of its text"
+            ));
+        } else {
+            text = format.replace("%%", "%");
         }
         let is_question = kind.as_bytes() == kOfxMessageQuestion.to_bytes();
         let message = Message {

@@ -270,6 +270,10 @@ pub(super) unsafe fn set(handle: usize, _times: &[f64], arguments: &Arguments) -
             host.record_misuse(format!("{call} of {} was called in {action}", param.name));
             return kOfxStatFailed;
         }
+        let of_overlay = action.is_some_and(|action| action.name.starts_with("OfxInteractAction"));
+        if of_overlay && host.counters.edits_open.load(Ordering::SeqCst) == 0 {
+            host.counters.undo_steps.fetch_add(1, Ordering::SeqCst);
+        }
         let value = match param.value() {
             ParameterValue::None => return kOfxStatErrUnsupported,
             ParameterValue::Ints(old) => {
@@ -344,6 +348,7 @@ unsafe extern "C" fn edit_begin(set: OfxParamSetHandle, _label: *const c_char) -
             host.record_misuse("paramEditBegin was called where parameters must not be set");
         }
         host.counters.edits_open.fetch_add(1, Ordering::SeqCst);
+        host.counters.undo_steps.fetch_add(1, Ordering::SeqCst);
         kOfxStatOK
     })
 }

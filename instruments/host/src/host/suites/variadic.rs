@@ -360,6 +360,7 @@ mod tests {
                 0
             );
             assert_eq!(persistent(instance, kind, id, format, c"stays".as_ptr()), 0);
+            assert_eq!(message(instance, kind, id, c"50 %% sure".as_ptr()), 0);
             assert_eq!(
                 message(instance, kind, id, c"%d %f".as_ptr(), 3 as c_int, 4.0_f64),
                 0
@@ -375,6 +376,7 @@ mod tests {
             [
                 ("100 % sure".to_owned(), false),
                 ("stays".to_owned(), true),
+                ("50 % sure".to_owned(), false),
                 (String::new(), false)
             ]
         );

@@ -1,19 +1,43 @@
-//! Findings in a depth pass as messages that speak of knobs.
+//! Remarks on the inputs of a render, and findings in a depth pass as remarks that speak of knobs.
 
 use seidel_core::{DepthConvention, DepthFinding, DepthProblem, Severity};
 
-/// Returns the warnings among `findings` in a depth input `width` pixels wide, read by `convention`.
-pub(crate) fn warnings(
+/// A sentence for the user about the inputs of a render that is complete.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Remark {
+    pub(crate) severity: Severity,
+    pub(crate) text: String,
+}
+
+impl Remark {
+    pub(crate) fn warning(text: String) -> Self {
+        Self {
+            severity: Severity::Warning,
+            text,
+        }
+    }
+
+    /// Returns the texts of `remarks` in one.
+    pub(crate) fn join(remarks: &[Self]) -> String {
+        let texts: Vec<&str> = remarks.iter().map(|remark| &*remark.text).collect();
+        texts.join(" ")
+    }
+}
+
+/// Returns `findings` in a depth input `width` pixels wide, read by `convention`, in words.
+pub(crate) fn remarks(
     findings: &[DepthFinding],
     convention: DepthConvention,
     width: usize,
-) -> Vec<String> {
-    let doubts = findings.iter().filter(|f| f.severity == Severity::Warning);
-    let sentences = doubts.map(|finding| {
+) -> Vec<Remark> {
+    let remarks = findings.iter().map(|finding| {
         let remedy = remedy(finding.problem, convention, width);
-        format!("Depth: {}; {remedy}.", finding.problem)
+        Remark {
+            severity: finding.severity,
+            text: format!("Depth: {}; {remedy}.", finding.problem),
+        }
     });
-    sentences.collect()
+    remarks.collect()
 }
 
 /// Returns the knobs that correct `problem`.
@@ -35,6 +59,9 @@ fn remedy(problem: DepthProblem, convention: DepthConvention, width: usize) -> S
         }
         DepthProblem::Normalised { .. } => {
             "set Depth Math to far=1, or to linear with Near and Far".to_owned()
+        }
+        DepthProblem::Colour => {
+            "connect depth, or choose its layer (in Natron by the menu Depth Layer)".to_owned()
         }
         DepthProblem::Premultiplied { .. } => {
             "connect depth that is not premultiplied, anti-aliased or filtered".to_owned()
@@ -76,13 +103,20 @@ mod tests {
         let findings = [
             finding(inverted, Severity::Warning),
             finding(ray, Severity::Warning),
-            finding(DepthProblem::Quantised { levels: 200 }, Severity::Note),
+            finding(DepthProblem::Constant { value: 2.0 }, Severity::Note),
         ];
         let metres = DepthConvention::Distance {
             metres_per_unit: 1.0,
         };
-        let texts = warnings(&findings, metres, 1000);
-        assert_eq!(texts.len(), 2);
+        let remarks_on = |convention, width| {
+            let remarks = remarks(&findings, convention, width).into_iter();
+            remarks.map(|r| (r.text, r.severity)).collect::<Vec<_>>()
+        };
+        let (texts, severities): (Vec<_>, Vec<_>) = remarks_on(metres, 1000).into_iter().unzip();
+        assert_eq!(
+            severities,
+            [Severity::Warning, Severity::Warning, Severity::Note]
+        );
         assert!(texts[0].ends_with("set Depth Math to far=0."), "{texts:?}");
         assert!(
             texts[1].contains("Along Ray Focal to about 500"),
@@ -92,6 +126,6 @@ mod tests {
         let reciprocal = DepthConvention::Inverse {
             metres_per_unit: 1.0,
         };
-        assert!(warnings(&findings[..1], reciprocal, 9)[0].contains("to depth"));
+        assert!(remarks_on(reciprocal, 9)[0].0.contains("to depth"));
     }
 }
