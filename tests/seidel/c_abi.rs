@@ -91,6 +91,7 @@ fn by_abi(
         matte: null(),
         matte_depth: null(),
         alphas: null(),
+        mask: null(),
     };
     let lens = opened(&folder.join("lens.json"));
     // SAFETY: all pointers are valid.
@@ -262,10 +263,12 @@ fn remove_and_relens_give_the_same_samples() {
         (s.squeeze, s.bloom) = (1.5, 0.5);
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
-    let line = format!("relens --from @lens.json --to @other.json {common} --squeeze 1.5");
+    let sides = "--from-f-number 2.8 --to-focus-distance 2";
+    let line = format!("relens --from @lens.json --to @other.json {common} --squeeze 1.5 {sides}");
     let abi = by_abi(folder, Work::Relens, |s, plate| {
         set(s, plate);
         s.squeeze = 1.5;
+        (s.from_f_number, s.to_focus_distance) = (2.8, 2.0);
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
 }
