@@ -170,6 +170,20 @@ fn apply_gives_the_same_samples() {
         s.fill_foreground = 0;
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
+    let mut mask: Vec<f32> = (0..WIDTH * HEIGHT).map(|k| (k % 7) as f32 / 8.0).collect();
+    write_exr(
+        &folder.join("mask.exr"),
+        WIDTH,
+        HEIGHT,
+        &[("A", mask.clone())],
+    );
+    let mask = image(&mut mask, 1);
+    let line = format!("{common} --mask @mask.exr --mix 0.75");
+    let abi = by_abi(folder, Work::Apply, |s, plate| {
+        (s.psf_model, s.mix) = (model, 0.75);
+        plate.mask = &mask;
+    });
+    are_the_same(&abi, &by_command(folder, &line), folder);
     let line = format!("{common} --distance 1.5 --quality draft --edges black");
     let abi = by_abi(folder, Work::Apply, |s, plate| {
         s.psf_model = model;

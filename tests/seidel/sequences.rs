@@ -202,9 +202,9 @@ fn a_run_does_not_resume_what_another_run_made() {
     again(
         "--amount 0.5",
         5,
-        "out.0001.exr was made with other options",
+        "out.0001.exr was made with other options: now also --amount 0.5",
     );
-    again("", 5, "out.0001.exr was made with other options");
+    again("", 5, "was made with other options: --amount 0.5");
     // Nor those of another lens of the same name.
     let lens = folder.join("lens.json");
     let text = fs::read_to_string(&lens).expect("readable");
