@@ -1,11 +1,13 @@
 //! Signals that end the command: partial outputs are removed first.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::thread;
 
 use seidel_image_io::json::read_text;
 use seidel_image_io::partial;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::flag;
 use signal_hook::iterator::Signals;
 
 /// Limit of the length of a file of `/proc`, bytes.
@@ -14,11 +16,18 @@ const LIMIT_BYTES: u64 = 1 << 20;
 /// Difference of exit status and number of a signal, by the convention of shells.
 const STATUS_OF_SIGNALS: i32 = 128;
 
+/// The signal of a write beyond the limit of file sizes, on all systems that have it. `signal_hook` does not name it.
+#[cfg(unix)]
+const SIGXFSZ: i32 = 25;
+
 /// Removes partial outputs when SIGINT, SIGTERM or SIGHUP arrives, and ends the process with the exit status 128 + number.
 /// Signals that the caller of the process ignores, as `nohup` does, stay ignored.
 ///
 /// The process ends as before if the system does not allow this.
 pub fn remove_partial_outputs_on_signals() {
+    // A write beyond the limit of file sizes then fails as one on a full disk does, and its partial output is removed.
+    #[cfg(unix)]
+    let _ = flag::register(SIGXFSZ, Arc::default());
     let handled: Vec<i32> = [SIGINT, SIGTERM, SIGHUP]
         .into_iter()
         .filter(|signal| !is_ignored(*signal))

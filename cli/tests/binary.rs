@@ -114,6 +114,54 @@ fn output_that_cannot_be_written_is_a_failure() {
     }
 }
 
+/// A write beyond the limit of file sizes raises SIGXFSZ, which would end the process and leave a partial file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_file_sizes_is_an_error_that_leaves_no_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = Command::new("sh")
+        .args([
+            "-c",
+            r#"ulimit -f 4; "$0" lens export modern-50 -o lens.json"#,
+            SEIDEL,
+        ])
+        .current_dir(&folder)
+        .output()
+        .expect("it starts");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("lens.json"), "{message}");
+    let left = std::fs::read_dir(folder.path()).expect("readable").count();
+    assert_eq!(left, 0);
+}
+
+#[test]
+fn profiles_that_cannot_be_used_are_marked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = lens().to_json();
+    std::fs::write(folder.path().join("good.json"), &text).expect("writable");
+    let newer = text.replacen("\"version\": 1", "\"version\": 99", 1);
+    assert_ne!(newer, text);
+    std::fs::write(folder.path().join("newer.json"), newer).expect("writable");
+    let listed = Command::new(SEIDEL)
+        .args(["lens", "list"])
+        .env("SEIDEL_LENSES", folder.path())
+        .output()
+        .expect("it starts");
+    let listed = String::from_utf8_lossy(&listed.stdout);
+    let line = |name: &str| {
+        listed
+            .lines()
+            .find(|line| line.starts_with(name))
+            .expect("listed")
+    };
+    assert!(line("library:good").ends_with("own profile"), "{listed}");
+    assert!(
+        line("library:newer").contains("cannot be used") && listed.contains("99"),
+        "{listed}"
+    );
+}
+
 /// Writes a sequence of frames that takes some seconds, and the lens for it. Returns the arguments of the command.
 #[cfg(target_os = "linux")]
 fn slow_sequence(folder: &Path) -> Vec<String> {

@@ -8,7 +8,7 @@ use crate::session::LensSession;
 
 impl LensSession {
     /// Returns a hash of everything that the results of `plate` through this lens depend on: lens, settings, and the plate with its
-    /// geometry, depth, holdout and background. It is the same in one version of the library only.
+    /// geometry, depth, holdout, mask and background. It is the same in one version of the library only.
     ///
     /// It is of the plate as given, before it is [prepared](Self::prepare): a caller that has the result of the same fingerprint need
     /// not prepare it.
@@ -18,6 +18,7 @@ impl LensSession {
             geometry,
             depth,
             holdout,
+            mask,
             background,
         } = plate;
         let mut hasher = DefaultHasher::new();
@@ -37,6 +38,10 @@ impl LensSession {
                 format!("{:?}", pass.meaning).hash(&mut hasher);
                 hash_planes([pass.samples.as_slice()], &mut hasher);
             }
+        }
+        if let Some(mask) = mask {
+            "mask".hash(&mut hasher);
+            hash_planes([mask.as_slice()], &mut hasher);
         }
         if let Some(background) = background {
             "background".hash(&mut hasher);

@@ -9,6 +9,7 @@ mod look;
 mod preset;
 mod removal;
 mod render;
+mod sides;
 mod words;
 
 pub use choice::{Choice, ChoiceOption};
@@ -30,6 +31,7 @@ impl Knob {
             look::KNOBS,
             render::KNOBS,
             removal::KNOBS,
+            sides::KNOBS,
         ];
         tables.into_iter().flatten()
     }

@@ -235,7 +235,8 @@ pub use seidel_render::{
 };
 pub use session::LensSession;
 pub use settings::{
-    ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,
+    ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RelensSide, RemovalSettings,
+    Settings,
 };
 
 /// The parts of a [`Diagnosis`], and pairs of pictures that it is made from.

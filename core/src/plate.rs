@@ -20,6 +20,9 @@ pub struct Plate {
     pub depth: Depth,
     /// Matte of something that will be composited in front, used by [`apply`](crate::apply).
     pub holdout: Option<HoldoutMatte>,
+    /// Weight of the blurred plate against its own pixels, 0 to 1, row-major over the data window, used by
+    /// [`apply`](crate::apply); 1 everywhere if `None`.
+    pub mask: Option<Vec<f32>>,
     /// The plate without its foreground, used by [`apply`](crate::apply) where blur uncovers it.
     pub background: Option<Background>,
 }
@@ -36,6 +39,7 @@ impl Plate {
             geometry,
             depth: Depth::Distance(ObjectDistance::Unknown),
             holdout: None,
+            mask: None,
             background: None,
         }
     }
@@ -220,13 +224,18 @@ impl HoldoutMatte {
     /// # Errors
     /// The first sample that is not, by its pixel.
     pub fn check(&self, width: usize) -> Result<()> {
-        let bad = self.samples.iter().position(|v| !(0.0..=1.0).contains(v));
-        bad.map_or(Ok(()), |at| {
-            Err(Error::new(
-                format!("holdout matte, pixel ({}, {})", at % width, at / width),
-                format!("is {}", self.samples[at]),
-                "give a matte of values from 0 to 1",
-            ))
-        })
+        check_matte("holdout matte", &self.samples, width)
     }
+}
+
+/// Checks that all samples of a matte, called `name` and `width` pixels wide, are from 0 to 1.
+pub(crate) fn check_matte(name: &str, samples: &[f32], width: usize) -> Result<()> {
+    let bad = samples.iter().position(|v| !(0.0..=1.0).contains(v));
+    bad.map_or(Ok(()), |at| {
+        Err(Error::new(
+            format!("{name}, pixel ({}, {})", at % width, at / width),
+            format!("is {}", samples[at]),
+            "give a matte of values from 0 to 1",
+        ))
+    })
 }

@@ -13,7 +13,7 @@ use crate::light_scale::LightScale;
 use crate::margins::Margins;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
-use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry};
+use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry, check_matte};
 use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
 use crate::rendering::Rendering;
@@ -37,6 +37,7 @@ pub struct PreparedPlate {
     weights: Vec<Vec<f64>>,
     depth: PreparedDepth,
     holdout: Option<PreparedHoldout>,
+    mask: Option<Vec<f32>>,
     background: Option<PreparedBackground>,
     /// The pixels of the plate before it was expanded; the lens beyond them is that of the nearest one.
     own: Option<RenderWindow>,
@@ -54,6 +55,9 @@ impl LensSession {
         let holdout = (plate.holdout).map(|matte| PreparedHoldout::new(self, &geometry, matte));
         let holdout = holdout.transpose().map_err(|e| e.within("holdout"))?;
         let mut prepared = self.prepare_parts(plate.image, geometry, depth, holdout)?;
+        if let Some(mask) = plate.mask {
+            prepared.set_mask(mask)?;
+        }
         if let Some(background) = plate.background {
             let background = PreparedBackground::new(self, &geometry, background);
             prepared.set_background(background.map_err(|e| e.within("background"))?)?;
@@ -92,6 +96,7 @@ impl LensSession {
             planes,
             depth,
             holdout,
+            mask: None,
             background: None,
             own: None,
         })
@@ -184,6 +189,24 @@ impl PreparedPlate {
         Ok(())
     }
 
+    /// Adds a mask, the weight of the blurred plate against its own pixels.
+    ///
+    /// # Errors
+    /// A mask of another size, and the first sample that is not from 0 to 1, by its pixel.
+    pub fn set_mask(&mut self, mask: Vec<f32>) -> Result<()> {
+        let PlatePlacement { width, height, .. } = self.placement;
+        if mask.len() != width * height {
+            return Err(Error::new(
+                "mask",
+                format!("has {} samples", mask.len()),
+                format!("give one for each pixel of the plate, {width} x {height}"),
+            ));
+        }
+        check_matte("mask", &mask, width)?;
+        self.mask = Some(mask);
+        Ok(())
+    }
+
     /// Adds a background.
     ///
     /// # Errors
@@ -218,6 +241,7 @@ impl PreparedPlate {
             weights: self.weights.clone(),
             depth: self.depth.padded(margins, width),
             holdout: (self.holdout.as_ref()).map(|holdout| holdout.padded(margins, width)),
+            mask: (self.mask.as_ref()).map(|mask| margins.padded(mask, width, |v| v)),
             background: (self.background.as_ref())
                 .map(|background| background.padded(margins, width)),
             own: Some(own),
@@ -284,7 +308,9 @@ impl PreparedPlate {
     /// # Errors
     /// Those of [`Self::apply`], and a window that is empty or not wholly on the plate.
     pub fn apply_window(&self, window: RenderWindow, progress: &Progress) -> Result<Vec<Vec<f32>>> {
-        self.apply_with(|rendering| Ok(rendering.render(Some(window), progress)?.planes))
+        self.apply_part(window, |rendering| {
+            Ok(rendering.render(Some(window), progress)?.planes)
+        })
     }
 
     /// As [`Self::apply`], with the light rendered by `render`: to read the statistics of a render, or to measure it
@@ -294,6 +320,22 @@ impl PreparedPlate {
     /// Focus settings that cannot be followed, and those of `render`.
     pub fn apply_with(
         &self,
+        render: impl FnOnce(&Rendering) -> Result<Vec<Vec<f32>>>,
+    ) -> Result<Vec<Vec<f32>>> {
+        let PlatePlacement { width, height, .. } = self.placement;
+        let whole = RenderWindow {
+            column: 0,
+            row: 0,
+            width,
+            height,
+        };
+        self.apply_part(whole, render)
+    }
+
+    /// As [`Self::apply_with`], with the light of a `part` of the plate.
+    fn apply_part(
+        &self,
+        part: RenderWindow,
         render: impl FnOnce(&Rendering) -> Result<Vec<Vec<f32>>>,
     ) -> Result<Vec<Vec<f32>>> {
         let bloomed = self.bloomed();
@@ -319,8 +361,27 @@ impl PreparedPlate {
                 self.planes.limit_coverage(&mut planes);
             }
             self.develop(&mut planes);
+            self.mix(part, &mut planes);
             Ok(planes)
         })
+    }
+
+    /// Mixes the blurred planes of a `part` of the plate with its own, by mix and mask.
+    fn mix(&self, part: RenderWindow, planes: &mut [Vec<f32>]) {
+        let mix = self.session.settings().mix as f32;
+        if mix == 1.0 && self.mask.is_none() {
+            return;
+        }
+        let width = self.placement.width;
+        for (plane, own) in planes.iter_mut().zip(self.planes()) {
+            for (row, samples) in plane.chunks_exact_mut(part.width).enumerate() {
+                let first = (part.row + row) * width + part.column;
+                for (index, sample) in (first..).zip(samples) {
+                    let weight = self.mask.as_ref().map_or(mix, |mask| mix * mask[index]);
+                    *sample = own[index] + weight * (*sample - own[index]);
+                }
+            }
+        }
     }
 
     /// Whether surfaces hide each other. Each pixel is then a weighted mean of the light that reaches it, so its alpha is
@@ -490,7 +551,7 @@ impl PreparedPlate {
         planes
     }
 
-    /// Returns the same plate, without its holdout and background, prepared for the lens of another `session`.
+    /// Returns the same plate, without its holdout, mask and background, prepared for the lens of another `session`.
     ///
     /// # Errors
     /// Those of [`LensSession::prepare`].
@@ -503,6 +564,7 @@ impl PreparedPlate {
             session: Arc::clone(session),
             geometry: self.geometry,
             holdout: None,
+            mask: None,
             background: None,
             own: self.own,
         })

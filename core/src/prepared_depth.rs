@@ -1,11 +1,16 @@
 //! The depth of a plate, and of a holdout, as vergences.
 
+use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_render::{DepthReading, VergencePass};
 
 use crate::margins::Margins;
 use crate::plate::{Depth, DepthPass, HoldoutMatte, PlateGeometry};
 use crate::session::LensSession;
+
+/// Radius of the disc over which a distance is picked, plate pixels: wider than noise and gaps of hair, and narrower than a
+/// face in a wide shot.
+const PICK_RADIUS_PX: usize = 3;
 
 /// The depth of a plate as vergences, 1/m.
 #[derive(Debug, Clone)]
@@ -61,6 +66,32 @@ impl PreparedDepth {
             Depth::Pass(pass) => Some(pass),
             Depth::Distance(_) => None,
         }
+    }
+
+    /// Returns the distance of what a pixel of the plate shows: the median over a small disc about it, which noise and fine gaps do
+    /// not change. The plate is `width` columns wide, and holds the pixel.
+    pub fn distance_at(&self, column: usize, row: usize, width: usize) -> ObjectDistance {
+        let PlateVergence::PerPixel(reading) = &self.vergence else {
+            return match self.source {
+                Depth::Distance(distance) => distance,
+                Depth::Pass(_) => ObjectDistance::Unknown,
+            };
+        };
+        let height = reading.vergence.len() / width.max(1);
+        let around = |at: usize, count: usize| {
+            at.saturating_sub(PICK_RADIUS_PX)..(at + PICK_RADIUS_PX + 1).min(count)
+        };
+        let mut picked = Vec::new();
+        for y in around(row, height) {
+            let is_in_disc = |x: &usize| {
+                x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2) <= PICK_RADIUS_PX.pow(2)
+            };
+            let columns = around(column, width).filter(is_in_disc);
+            picked.extend(columns.map(|x| reading.vergence[y * width + x]));
+        }
+        picked.sort_by(f32::total_cmp);
+        let median = picked.get(picked.len() / 2).copied().map_or(0.0, f64::from);
+        ObjectDistance::metres(1.0 / median).unwrap_or(ObjectDistance::Infinity)
     }
 
     /// Returns the depth of a plate `width` columns wide with `margins` about it, which have the depth of the nearest pixel.

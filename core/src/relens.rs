@@ -10,14 +10,15 @@ use crate::plane_removal::NoiseGain;
 use crate::plate::Plate;
 use crate::prepared::PreparedPlate;
 use crate::session::LensSession;
-use crate::settings::Settings;
+use crate::settings::{RelensSide, Settings};
 use seidel_optics::Progress;
 
 /// Share of the work that is the removal.
 const REMOVAL_SHARE: f64 = 0.9;
 
 /// Removes the blur of lens `from`, with which `plate` was taken, and applies that of lens `to`; the plate keeps its grain.
-/// The settings hold for both lenses, but look and bloom for `to` alone. The background of the plate is the clean plate through
+/// The settings hold for both lenses, but look and bloom for `to` alone; [`Settings::from_controls`] and
+/// [`Settings::to_controls`] replace the controls of one of them. The background of the plate is the clean plate through
 /// `from`, as for [`remove`](crate::remove()).
 ///
 /// ```
@@ -48,8 +49,11 @@ pub fn relens(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Image> {
-    let from = Arc::new(LensSession::new(from, &settings.of_measured_lens())?);
-    let to = Arc::new(LensSession::new(to, settings)?);
+    let session = |lens, side| LensSession::new(lens, &settings.of_side(side)).map(Arc::new);
+    let (from, to) = (
+        session(from, RelensSide::From)?,
+        session(to, RelensSide::To)?,
+    );
     if from.is_neutral() {
         return plate.image.checked_copy();
     }

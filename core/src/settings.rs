@@ -12,9 +12,18 @@ use crate::plate::LensScale;
 pub struct Settings {
     /// Focus distance, f-number and sensor shift; as measured where left out.
     pub controls: Controls,
+    /// Controls of the lens that a plate was taken with, where they differ from `controls`, in
+    /// [`relens`](crate::relens()).
+    pub from_controls: Controls,
+    /// Controls of the lens whose blur the plate gets, where they differ from `controls`, in
+    /// [`relens`](crate::relens()).
+    pub to_controls: Controls,
     /// Artistic changes of the lens as `controls` set it: that of [`apply`](crate::apply), and the new one of
     /// [`relens`](crate::relens).
     pub look: Look,
+    /// Weight of the blurred plate against its own pixels, 0 to 1, in [`apply`](crate::apply); times that of
+    /// [`Plate::mask`](crate::Plate::mask).
+    pub mix: f64,
     /// Light above a level that spreads before it meets the lens, in [`apply`](crate::apply) and [`relens`](crate::relens).
     pub bloom: Option<Bloom>,
     /// Identifier of the PSF model, such as `pupil`; the most faithful one for the lens if `None`.
@@ -48,7 +57,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             controls: Controls::default(),
+            from_controls: Controls::default(),
+            to_controls: Controls::default(),
             look: Look::default(),
+            mix: 1.0,
             bloom: None,
             psf_model: None,
             amount: 1.0,
@@ -75,6 +87,30 @@ impl Settings {
             ..self.clone()
         }
     }
+
+    /// Returns the settings for one lens of [`relens`](crate::relens()), with the controls of its side.
+    pub fn of_side(&self, side: RelensSide) -> Self {
+        let (own, settings) = match side {
+            RelensSide::From => (self.from_controls, self.of_measured_lens()),
+            RelensSide::To => (self.to_controls, self.clone()),
+        };
+        Self {
+            controls: own.or(self.controls),
+            // Sessions of equal lenses are equal, whichever side they are of.
+            from_controls: Controls::default(),
+            to_controls: Controls::default(),
+            ..settings
+        }
+    }
+}
+
+/// A lens of [`relens`](crate::relens()).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RelensSide {
+    /// The lens that the plate was taken with.
+    From,
+    /// The lens whose blur the plate gets.
+    To,
 }
 
 /// Strength of the blur of one channel.

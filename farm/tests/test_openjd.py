@@ -76,6 +76,29 @@ def test_depth_passes_in_other_files_and_names_with_spaces(shot: Shot) -> None:
     assert (shot.folder / "out" / "its $HOME.1001.exr").is_file()
 
 
+def test_library_lens_and_files_of_their_own(shot: Shot) -> None:
+    """Paths with spaces are mapped, and quotes hold words of the options together."""
+    side = shot.folder / "side files"
+    side.mkdir()
+    (side / "rack.csv").write_text("frame,focus-distance\n1001,2\n1002,4\n")
+    shutil.copy(shot.folder / "plates" / "plate.1001.exr", side / "clean 1.exr")
+    rules = [{"source_path_format": "POSIX", "source_path": "/show", "destination_path": str(shot.folder)}]
+    ended = shot.run(
+        "--path-mapping-rules",
+        json.dumps({"version": "pathmapping-1.0", "path_mapping_rules": rules}),
+        Lens="library:modern-50",
+        Frames="1001-1002",
+        AnimationTable="/show/side files/rack.csv",
+        CleanPlate="/show/side files/clean 1.exr",
+        Options=f"--quality draft --depth '{side}/clean 1.exr:Z'",
+    )
+    log = ended.stdout + ended.stderr
+    assert ended.returncode == 0, log
+    assert shot.finished() == [1001, 1002], log
+    info = subprocess.run([shot.seidel, "info", shot.output(1002)], capture_output=True, text=True, check=True).stdout
+    assert "library:modern-50" in info and "focus-distance: 4 m" in info and "on, background" in info, info
+
+
 def test_a_table_beside_the_plates_sets_the_focus(shot: Shot) -> None:
     rows = "".join(f"Frame {frame} Metadata\ndistance: {frame}mm\n\n" for frame in FRAMES)
     (shot.folder / "plates" / "take.txt").write_text(rows)

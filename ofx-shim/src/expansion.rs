@@ -1,6 +1,8 @@
 //! Growth of the region of definition by the reach of the blur, so that an element keeps its blurred rim.
 
-use seidel_core::{Expand, HostGroup, Lens, LensSession, ObjectDistance, Rectangle, Settings};
+use seidel_core::{
+    Expand, HostGroup, Lens, LensSession, ObjectDistance, Rectangle, RelensSide, Settings,
+};
 
 use crate::clips::DEPTH;
 use crate::geometry::{Field, PixelMap, PlateScale, Scale};
@@ -91,7 +93,7 @@ fn reach(
     let profile = chosen_lens(knobs, &lens::LENS, &lens::PROFILE)?;
     let full = Scale::new([1.0; 2], source.pixel_aspect().unwrap_or(1.0));
     let scale = PlateScale::new(full, Field::Whole);
-    let settings = settings(knobs, &profile, scale, HostQuality::Full)?;
+    let settings = settings(knobs, &profile, scale, HostQuality::Full, RelensSide::From)?;
     let session = LensSession::new(&profile, &settings)?;
     let map = PixelMap::new(full.pixels_of(format), Field::Whole);
     let of_plate = |region| -> Rectangle { map.rectangle(full.pixels_of(region)) };

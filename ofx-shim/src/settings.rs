@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use seidel_core::{
     Blades, ChannelScale, DepthMeaning, HostGroup, Lens, ObjectDistance, PlateGeometry, Quality,
-    Rectangle, Settings,
+    Rectangle, RelensSide, Settings,
 };
 
 use crate::depth::DepthEncoding;
@@ -43,7 +43,7 @@ pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc
     load(&origin, knobs.hidden(&lens::RELOADS))
 }
 
-/// Returns the settings for the lens `profile`, with the look if the mode is Apply.
+/// Returns the settings for the lens `profile`, which is on this `side` in the mode Relens; with the look if the mode is Apply.
 ///
 /// # Errors
 /// Parameters out of range, and those that the lens cannot follow, by name.
@@ -52,6 +52,7 @@ pub(crate) fn settings(
     profile: &Lens,
     scale: PlateScale,
     quality: HostQuality,
+    side: RelensSide,
 ) -> Result<Settings> {
     let mut settings = Settings::default();
     for group in [
@@ -72,6 +73,10 @@ pub(crate) fn settings(
     settings.axis_offset_px = (right * scale.x, -up * scale.y + scale.row_offset);
     if quality == HostQuality::Draft && knobs.is_on(&render::AUTO_DRAFT) {
         settings.quality = Quality::Draft;
+    }
+    if knobs.choice(&lens::MODE) == lens::RELENS {
+        knobs.put(HostGroup::Relens, scale, &mut settings)?;
+        settings = settings.of_side(side);
     }
     if knobs.choice(&lens::MODE) == lens::APPLY {
         put_look(knobs, profile, scale, &mut settings)?;

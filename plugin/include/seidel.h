@@ -529,6 +529,47 @@ typedef struct SeidelSettings {
    * extrapolated.
    */
   double film_back_mm;
+  /**
+   * Focal length of the lens that the plate was taken with (millimetres; that of both lenses if NaN).
+   * (seidel_relens)
+   */
+  double from_focal_length_mm;
+  /**
+   * F-number of the lens that the plate was taken with (that of both lenses if NaN). (seidel_relens)
+   */
+  double from_f_number;
+  /**
+   * Shift of the sensor of the lens that the plate was taken with (micrometres; that of both lenses if NaN).
+   * (seidel_relens)
+   */
+  double from_sensor_shift_um;
+  /**
+   * Focus distance of the lens that the plate was taken with (metres or inf; that of both lenses if NaN).
+   * (seidel_relens)
+   */
+  double from_focus_distance;
+  /**
+   * Focal length of the lens whose blur the plate gets (millimetres; that of both lenses if NaN). (seidel_relens)
+   */
+  double to_focal_length_mm;
+  /**
+   * F-number of the lens whose blur the plate gets (that of both lenses if NaN). (seidel_relens)
+   */
+  double to_f_number;
+  /**
+   * Shift of the sensor of the lens whose blur the plate gets (micrometres; that of both lenses if NaN).
+   * (seidel_relens)
+   */
+  double to_sensor_shift_um;
+  /**
+   * Focus distance of the lens whose blur the plate gets (metres or inf; that of both lenses if NaN).
+   * (seidel_relens)
+   */
+  double to_focus_distance;
+  /**
+   * Weight of the blurred plate against its own pixels, times that of the mask (0 to 1). Default 1. (seidel_apply)
+   */
+  double mix;
 } SeidelSettings;
 
 /**
@@ -635,6 +676,11 @@ typedef struct SeidelPlate {
    * `source`.
    */
   const struct SeidelImage *alphas;
+  /**
+   * Mask of seidel_apply, 0 to 1: the weight of the blurred plate against its own pixels, times `mix` of the settings; its first
+   * channel is read. NULL: 1 everywhere.
+   */
+  const struct SeidelImage *mask;
 } SeidelPlate;
 
 /**
@@ -902,7 +948,7 @@ enum SeidelStatus seidel_remove(const struct SeidelLens *lens,
 
 /**
  * Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings
- * hold for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
+ * hold for both lenses, but `from_...` and `to_...` for one of them; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
  * included, is as for seidel_remove.
  *
  * Pointers:

@@ -37,11 +37,14 @@ pub struct SeidelPlate {
     /// Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of
     /// `source`.
     pub alphas: *const SeidelImage,
+    /// Mask of seidel_apply, 0 to 1: the weight of the blurred plate against its own pixels, times `mix` of the settings; its first
+    /// channel is read. NULL: 1 everywhere.
+    pub mask: *const SeidelImage,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
 unsafe impl Versioned for SeidelPlate {
-    const MIN_SIZE: usize = size_of::<Self>();
+    const MIN_SIZE: usize = std::mem::offset_of!(Self, mask);
 
     fn defaults() -> Self {
         Self {
@@ -53,6 +56,7 @@ unsafe impl Versioned for SeidelPlate {
             matte: std::ptr::null(),
             matte_depth: std::ptr::null(),
             alphas: std::ptr::null(),
+            mask: std::ptr::null(),
         }
     }
 }
@@ -145,6 +149,7 @@ pub(crate) struct Plate {
     matte: Option<ImageView>,
     matte_depth: Option<ImageView>,
     alphas: Option<ImageView>,
+    mask: Option<ImageView>,
 }
 
 impl Plate {
@@ -166,6 +171,7 @@ impl Plate {
                 matte: ImageView::optional(raw.matte, "plate.matte")?,
                 matte_depth: ImageView::optional(raw.matte_depth, "plate.matte_depth")?,
                 alphas: ImageView::optional(raw.alphas, "plate.alphas")?,
+                mask: ImageView::optional(raw.mask, "plate.mask")?,
             })
         }
     }
@@ -194,7 +200,12 @@ impl Plate {
             HoldoutUse::Ignore => None,
         };
         let image = self.image(settings)?;
-        Ok(session.prepare_parts(image, geometry, depth, holdout)?)
+        let mut prepared = session.prepare_parts(image, geometry, depth, holdout)?;
+        if let Some(view) = &self.mask {
+            let mask = view.read_clamped(0, self.extent())?;
+            (prepared.set_mask(mask)).map_err(|error| error.within("plate.mask"))?;
+        }
+        Ok(prepared)
     }
 
     /// Number of its colours.

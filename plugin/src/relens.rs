@@ -1,5 +1,7 @@
 //! Replacing the blur of one lens by that of another.
 
+use seidel_core::{Lens, RelensSide};
+
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
@@ -12,7 +14,7 @@ use crate::settings::SeidelSettings;
 use crate::status::SeidelStatus;
 
 /// Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings
-/// hold for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
+/// hold for both lenses, but `from_...` and `to_...` for one of them; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
 /// included, is as for seidel_remove.
 ///
 /// # Safety
@@ -37,9 +39,11 @@ pub unsafe extern "C" fn seidel_relens(
         let image = if settings.raw.amount == 0.0 {
             plate.image(settings)?
         } else {
-            let session = settings.session_of_plate(&from, plate.colour_count())?;
-            let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
-            let other = prepared.for_session(&settings.session(&to)?)?;
+            let session =
+                |lens: &Lens, side| settings.session_of_side(lens, side, plate.colour_count());
+            let from = session(&from, RelensSide::From)?;
+            let prepared = plate.prepare(&from, settings, HoldoutUse::Ignore)?;
+            let other = prepared.for_session(&session(&to, RelensSide::To)?)?;
             args.run(move |progress| Ok(prepared.relens(&other, progress)?))?
         };
         args.write(&image, plate.extent())?;

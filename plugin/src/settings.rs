@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use seidel_core::{
     AlphaKind, Blades, ChannelScale, Choice, DepthConvention, DepthMeaning, Knob, KnobKind, Lens,
-    LensScale, LensSession, ObjectDistance,
+    LensScale, LensSession, ObjectDistance, RelensSide,
 };
 
 use aperture::aperture;
@@ -164,6 +164,15 @@ pub struct SeidelSettings {
     pub bloom_radius: f64,
     pub focal_length_mm: f64,
     pub film_back_mm: f64,
+    pub from_focal_length_mm: f64,
+    pub from_f_number: f64,
+    pub from_sensor_shift_um: f64,
+    pub from_focus_distance: f64,
+    pub to_focal_length_mm: f64,
+    pub to_f_number: f64,
+    pub to_sensor_shift_um: f64,
+    pub to_focus_distance: f64,
+    pub mix: f64,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
@@ -236,6 +245,15 @@ pub const NUMBERS: &[Member<f64>] = members![
     bloom_radius,
     focal_length_mm,
     film_back_mm,
+    from_focal_length_mm,
+    from_f_number,
+    from_sensor_shift_um,
+    from_focus_distance,
+    to_focal_length_mm,
+    to_f_number,
+    to_sensor_shift_um,
+    to_focus_distance,
+    mix,
 ];
 
 /// The members that are choices and switches of knobs.
@@ -421,6 +439,21 @@ impl Settings {
     /// Those of [`Self::session`].
     pub(crate) fn session_of_plate(&self, lens: &Lens, colours: usize) -> Result<Arc<LensSession>> {
         let mut settings = self.to_core(lens)?.of_measured_lens();
+        settings.removal.noise.truncate(colours);
+        Ok(Arc::new(LensSession::new(lens, &settings)?))
+    }
+
+    /// Sets a lens of seidel_relens, for a plate of so many `colours`, to these settings.
+    ///
+    /// # Errors
+    /// Those of [`Self::session`].
+    pub(crate) fn session_of_side(
+        &self,
+        lens: &Lens,
+        side: RelensSide,
+        colours: usize,
+    ) -> Result<Arc<LensSession>> {
+        let mut settings = self.to_core(lens)?.of_side(side);
         settings.removal.noise.truncate(colours);
         Ok(Arc::new(LensSession::new(lens, &settings)?))
     }

@@ -12,6 +12,7 @@ of the command ``seidel`` on the same samples, whatever the number of threads. C
 
 from ._errors import (
     Cancelled,
+    DepthWarning,
     Error,
     FileError,
     InsufficientData,
@@ -45,6 +46,7 @@ __all__ = [
     "Background",
     "Cancelled",
     "DepthPass",
+    "DepthWarning",
     "Diagnosis",
     "Error",
     "FileError",

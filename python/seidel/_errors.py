@@ -46,6 +46,10 @@ class FileError(Error, OSError, ValueError):
     kind = "file"
 
 
+class DepthWarning(UserWarning):
+    """A depth pass that seems to have another meaning than stated, or to be of another image. ``apply`` renders it as stated."""
+
+
 class InternalError(Error, RuntimeError):
     """An error of Seidel itself."""
 

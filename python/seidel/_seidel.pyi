@@ -171,6 +171,7 @@ def apply(
     depth: _Depth | None = None,
     *,
     holdout: _Samples | Holdout | None = None,
+    mask: _Samples | None = None,
     background: Background | None = None,
     settings: Settings | None = None,
     progress: _Progress | None = None,

@@ -94,9 +94,26 @@ class Settings:
             rather than with the foreground's own light; in ``apply``.
         blur_inside: A blurred foreground becomes transparent inside its own outline too, as in a camera;
             otherwise it only blurs outwards; in ``apply``.
+        mix: Weight of the blurred plate against its own pixels, times that of the mask (0 to 1); in ``apply``.
         strength: Weight of the sharp image against the plate: 0 leaves the plate unchanged (0 to 1); in
             ``remove``.
         grain: Grain of the sharp image; in ``remove``.
+        from_focal_length_mm: Focal length of the lens that the plate was taken with (millimetres; that of both
+            lenses if ``None``); in ``relens``.
+        from_f_number: F-number of the lens that the plate was taken with (that of both lenses if ``None``); in
+            ``relens``.
+        from_sensor_shift_um: Shift of the sensor of the lens that the plate was taken with (micrometres; that
+            of both lenses if ``None``); in ``relens``.
+        from_focus_distance: Focus distance of the lens that the plate was taken with (metres or inf; that of
+            both lenses if ``None``); in ``relens``.
+        to_focal_length_mm: Focal length of the lens whose blur the plate gets (millimetres; that of both lenses
+            if ``None``); in ``relens``.
+        to_f_number: F-number of the lens whose blur the plate gets (that of both lenses if ``None``); in
+            ``relens``.
+        to_sensor_shift_um: Shift of the sensor of the lens whose blur the plate gets (micrometres; that of both
+            lenses if ``None``); in ``relens``.
+        to_focus_distance: Focus distance of the lens whose blur the plate gets (metres or inf; that of both
+            lenses if ``None``); in ``relens``.
         psf_model: Identifier of the PSF model, such as ``pupil``; the best for the lens if ``None``.
         channel_scales: Strength of the blur of lens channels by name, on top of ``amount``: above 0, up to 16.
         axis_offset_px: Offset of the optical axis, image pixels right and down.
@@ -135,8 +152,17 @@ class Settings:
     occlusion: bool = True
     fill_foreground: bool = True
     blur_inside: bool = True
+    mix: float = 1.0
     strength: float = 1.0
     grain: Literal["keep", "solved"] = "keep"
+    from_focal_length_mm: float | None = None
+    from_f_number: float | None = None
+    from_sensor_shift_um: float | None = None
+    from_focus_distance: float | None = None
+    to_focal_length_mm: float | None = None
+    to_f_number: float | None = None
+    to_sensor_shift_um: float | None = None
+    to_focus_distance: float | None = None
     psf_model: str | None = None
     channel_scales: Mapping[str, float] = field(default_factory=dict)
     axis_offset_px: tuple[float, float] = (0.0, 0.0)

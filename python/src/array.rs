@@ -3,13 +3,13 @@
 use half::f16;
 use numpy::ndarray::{ArrayView3, Axis, Ix3};
 use numpy::{
-    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
-    PyUntypedArrayMethods,
+    Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use seidel_core::Image;
 
-use crate::error::{Failure, Result};
+use crate::error::{Failure, Result, warn};
 
 /// Sample type of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,32 +71,23 @@ pub(crate) struct ArrayPlanes {
 
 impl ArrayPlanes {
     /// Reads `array`, the argument `name`: HxW or HxWxC, `float32` or `float16`, with any strides. Samples are copied once,
-    /// straight from the array.
+    /// straight from the array. Other real numbers are converted to `float32`, with a `UserWarning`.
     ///
     /// # Errors
     /// Something else than an array, or one of another shape or sample type.
     pub(crate) fn read(name: &str, array: &Bound<'_, PyAny>) -> Result<Self> {
-        let Ok(untyped) = array.cast::<PyUntypedArray>() else {
-            let given = array.get_type().name()?.to_string();
-            return Err(Failure::argument(
-                name,
-                format!("is of type {given}"),
-                "give a NumPy array, for instance by numpy.asarray",
-            ));
-        };
+        let array = of_numpy(name, array)?;
+        let untyped = array.cast::<PyUntypedArray>().map_err(PyErr::from)?;
         check_aligned(name, untyped)?;
         if let Ok(samples) = array.cast::<PyArrayDyn<f32>>() {
-            read_typed(name, samples, SampleType::Float)
-        } else if let Ok(samples) = array.cast::<PyArrayDyn<f16>>() {
-            read_typed(name, samples, SampleType::Half)
-        } else {
-            let sample = untyped.dtype().to_string();
-            Err(Failure::argument(
-                name,
-                format!("has samples of type {sample}"),
-                "give scene-linear samples of type float32 or float16 in the byte order of the machine",
-            ))
+            return read_typed(name, samples, SampleType::Float);
         }
+        if let Ok(samples) = array.cast::<PyArrayDyn<f16>>() {
+            return read_typed(name, samples, SampleType::Half);
+        }
+        let converted = converted(name, untyped)?;
+        let samples = converted.cast::<PyArrayDyn<f32>>().map_err(PyErr::from)?;
+        read_typed(name, samples, SampleType::Float)
     }
 
     /// As [`ArrayPlanes::read`], also of `uint16`, as sensors count.
@@ -133,6 +124,62 @@ impl ArrayPlanes {
         let mut planes = self.planes;
         Ok(planes.swap_remove(0))
     }
+}
+
+/// Returns `array`, the argument `name`, as an array of NumPy: itself, or a view of an object with `__dlpack__`,
+/// `__array_interface__` or `__array__`.
+///
+/// # Errors
+/// Another object, and one that is not in the memory of the CPU.
+fn of_numpy<'py>(name: &str, array: &Bound<'py, PyAny>) -> Result<Bound<'py, PyAny>> {
+    if array.cast::<PyUntypedArray>().is_ok() {
+        return Ok(array.clone());
+    }
+    let given = array.get_type().name()?.to_string();
+    let reader = if array.hasattr("__dlpack__")? {
+        "from_dlpack"
+    } else if array.hasattr("__array_interface__")? || array.hasattr("__array__")? {
+        "asarray"
+    } else {
+        let remedy = "give an array, for instance by numpy.asarray";
+        return Err(Failure::argument(
+            name,
+            format!("is of type {given}"),
+            remedy,
+        ));
+    };
+    let read = array.py().import("numpy")?.call_method1(reader, (array,));
+    read.map_err(|error| {
+        Failure::argument(
+            name,
+            format!("is of type {given} and cannot be read ({error})"),
+            "give an array in the memory of the CPU, such as tensor.detach().cpu()",
+        )
+    })
+}
+
+/// Returns an array of other real numbers as `float32`, with a warning.
+///
+/// # Errors
+/// Samples that are no real numbers.
+fn converted<'py>(name: &str, array: &Bound<'py, PyUntypedArray>) -> Result<Bound<'py, PyAny>> {
+    let (py, dtype) = (array.py(), array.dtype());
+    let words = match dtype.kind() {
+        b'f' => "converted to float32",
+        b'i' | b'u' | b'b' => {
+            "taken as scene-linear values as they are: divide by the value of white, and decode codes such as sRGB, before"
+        }
+        _ => {
+            let problem = format!("has samples of type {dtype}");
+            let remedy = "give scene-linear samples, best of type float32 or float16";
+            return Err(Failure::argument(name, problem, remedy));
+        }
+    };
+    warn(
+        py,
+        &[format!("{name}: samples of type {dtype} are {words}")],
+    )?;
+    Ok(array.call_method1("astype", ("float32",))?)
 }
 
 /// Rejects an array whose views must not be read in place.

@@ -50,6 +50,7 @@ impl From<seidel_core::Error> for Failure {
         if let Some(knob) = Knob::named(&error.place) {
             error.place = format!("settings.{}", knob.identifier());
         }
+        error.remedy = in_python(&error.remedy);
         Self::Core(error)
     }
 }
@@ -144,6 +145,45 @@ fn remedies(faults: &[Fault]) -> String {
         }
     }
     remedies.join("; ")
+}
+
+/// Terms of the core, each with what a program in Python gives for it.
+const TERMS: [(&str, &str); 7] = [
+    ("Image::replace_non_finite", "Settings(scrub=True)"),
+    (
+        "give depth_m (null for infinity)",
+        "give depth, in metres (math.inf for infinity)",
+    ),
+    ("null for infinity", "math.inf for infinity"),
+    ("depth kind", "depth kind (DepthPass.kind)"),
+    ("depth unit", "depth unit (DepthPass.unit)"),
+    (
+        "near and far distances",
+        "near and far distances (DepthPass.near and far)",
+    ),
+    (
+        "distances are along the ray",
+        "distances are along the ray (DepthPass.along_ray)",
+    ),
+];
+
+/// Returns `message` with the names of Python for the [`TERMS`] of the core.
+pub(crate) fn in_python(message: &str) -> String {
+    let replaced = |message: String, (term, name): &(&str, &str)| message.replacen(term, name, 1);
+    TERMS.iter().fold(message.to_owned(), replaced)
+}
+
+/// Issues doubts about a depth pass, one sentence each, as `seidel.DepthWarning`s.
+pub(crate) fn warn_of_depth(py: Python<'_>, doubts: &[String]) -> PyResult<()> {
+    if doubts.is_empty() {
+        return Ok(());
+    }
+    let category = py.import("seidel._errors")?.getattr("DepthWarning")?;
+    let issue = py.import("warnings")?.getattr("warn")?;
+    for doubt in doubts {
+        issue.call1((in_python(doubt), &category))?;
+    }
+    Ok(())
 }
 
 /// Issues `warnings`, one sentence each, as `UserWarning`s of Python.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use seidel_core::{Controls, Image, ImagePoint, LensProfile, Settings};
 use seidel_core::profile::LensDescription;
+use seidel_core::{Controls, Image, ImagePoint, LensProfile, Settings};
 use seidel_image_io::lens_profile;
 
 use crate::array::{ArrayLayout, ResultSamples};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use seidel_core::{Frame, ImagePoint, ObjectDistance, Observation, Tile};
-use seidel_image_io::observation_set::{ReadOptions, self as manifest};
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 use crate::array::ArrayPlanes;
 use crate::depth::object_distance;

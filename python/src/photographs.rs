@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use seidel_core::{Mosaic, ObjectDistance};
 use seidel_image_io::FileError;
-use seidel_image_io::photograph::{ColourFilter, PhotographFile, PhotographOptions, Precision, clipping_level, self};
+use seidel_image_io::photograph::{
+    self, ColourFilter, PhotographFile, PhotographOptions, Precision, clipping_level,
+};
 use seidel_image_io::samples::Encoding;
 use seidel_measure::{Photograph, SampleErrors};
 

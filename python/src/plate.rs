@@ -1,7 +1,9 @@
 //! Plates: an image array, its depth, and what belongs to them.
 
 use pyo3::prelude::*;
-use seidel_core::{AlphaKind, Background, Depth, HoldoutMatte, Image, Plate, PlateGeometry, Rectangle};
+use seidel_core::{
+    AlphaKind, Background, Depth, HoldoutMatte, Image, Plate, PlateGeometry, Rectangle,
+};
 
 use crate::array::{ArrayLayout, ArrayPlanes};
 use crate::depth;
@@ -91,6 +93,19 @@ impl ArrayPlate {
         };
         (holdout.check(self.layout.width)).map_err(|error| error.within("holdout"))?;
         self.plate.holdout = Some(holdout);
+        Ok(())
+    }
+
+    /// Adds the argument `mask`.
+    ///
+    /// # Errors
+    /// An array of another size.
+    pub(crate) fn add_mask(&mut self, mask: Option<&Bound<'_, PyAny>>) -> Result<()> {
+        let Some(mask) = mask else {
+            return Ok(());
+        };
+        let samples = ArrayPlanes::read("mask", mask)?;
+        self.plate.mask = Some(samples.into_plane("mask", &self.layout)?);
         Ok(())
     }
 

@@ -20,7 +20,8 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///   scene-linear. Views with any strides are read in place.
 /// - `depth`: object distance in metres along the optical axis (`math.inf` for infinity), an array of rows x columns of such
 ///   distances, or a `DepthPass`. A lens that was measured at several distances needs it.
-/// - `settings`: a `Settings`; it holds for both lenses; `strength` and `grain` are not used.
+/// - `settings`: a `Settings`; it holds for both lenses, but `from_...` and `to_...` for one of them; `strength` and `grain` are
+///   not used.
 /// - `progress`: called about fifty times a second with the share done, 0 to 1. It stops the call by an exception, or by
 ///   returning `False`. Ctrl-C stops the call too.
 ///

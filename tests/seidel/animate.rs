@@ -62,10 +62,24 @@ fn invalid_tables_are_refused_and_failed_frames_are_listed() {
         &line,
         &["odd.csv", "size", "amount", "axis-offset.x"],
     );
-    std::fs::write(folder.join("good.csv"), "frame,amount\n1,1\n").expect("writable");
+    std::fs::write(folder.join("good.csv"), "frame,amount\n1,1\n3,0\n").expect("writable");
     let still =
         "apply --lens @lens.json @plate.01.exr -o @out.exr --distance 2 --animate @good.csv";
-    assert_eq!(seidel_in(folder, still).status, 2);
+    // A single plate is the frame of its name.
+    succeeds(folder, still);
+    let plain = "apply --lens @lens.json @plate.01.exr -o @plain.exr --distance 2 --amount 1";
+    succeeds(folder, plain);
+    let green = |name: &str| read_channel(&folder.join(name), "G");
+    assert!(green("out.exr") == green("plain.exr"));
+    std::fs::remove_file(folder.join("out.exr")).expect("there");
+    let nameless = still
+        .replace("@plate.01.exr", "@plain.exr")
+        .replace("@out", "@no");
+    must_refuse(
+        folder,
+        &nameless,
+        &["plain.exr", "no frame number", "--animate"],
+    );
     std::fs::write(folder.join("bad.csv"), "frame,amount\n1,1\n2,-1\n3,1\n").expect("writable");
     let outcome = seidel_in(
         folder,

@@ -91,6 +91,7 @@ fn by_abi(
         matte: null(),
         matte_depth: null(),
         alphas: null(),
+        mask: null(),
     };
     let lens = opened(&folder.join("lens.json"));
     // SAFETY: all pointers are valid.
@@ -167,6 +168,20 @@ fn apply_gives_the_same_samples() {
         (s.pixel_aspect, s.lens_scale) = (2.0, 0.4);
         (s.depth_unit, s.along_ray) = (0.9, 70.0);
         s.fill_foreground = 0;
+    });
+    are_the_same(&abi, &by_command(folder, &line), folder);
+    let mut mask: Vec<f32> = (0..WIDTH * HEIGHT).map(|k| (k % 7) as f32 / 8.0).collect();
+    write_exr(
+        &folder.join("mask.exr"),
+        WIDTH,
+        HEIGHT,
+        &[("A", mask.clone())],
+    );
+    let mask = image(&mut mask, 1);
+    let line = format!("{common} --mask @mask.exr --mix 0.75");
+    let abi = by_abi(folder, Work::Apply, |s, plate| {
+        (s.psf_model, s.mix) = (model, 0.75);
+        plate.mask = &mask;
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
     let line = format!("{common} --distance 1.5 --quality draft --edges black");
@@ -262,10 +277,12 @@ fn remove_and_relens_give_the_same_samples() {
         (s.squeeze, s.bloom) = (1.5, 0.5);
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
-    let line = format!("relens --from @lens.json --to @other.json {common} --squeeze 1.5");
+    let sides = "--from-f-number 2.8 --to-focus-distance 2";
+    let line = format!("relens --from @lens.json --to @other.json {common} --squeeze 1.5 {sides}");
     let abi = by_abi(folder, Work::Relens, |s, plate| {
         set(s, plate);
         s.squeeze = 1.5;
+        (s.from_f_number, s.to_focus_distance) = (2.8, 2.0);
     });
     are_the_same(&abi, &by_command(folder, &line), folder);
 }

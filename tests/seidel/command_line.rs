@@ -58,9 +58,19 @@ fn every_command_has_a_manual_page() {
     };
     assert!(page("seidel.1").contains("seidel\\-apply"));
     let apply = page("seidel-apply.1");
-    for word in ["focus\\-distance", "Depth", "Examples"] {
+    let sections = [
+        ".SH \"EXIT STATUS\"",
+        ".SH ENVIRONMENT",
+        "SEIDEL_LENSES",
+        ".SH EXAMPLES",
+    ];
+    for word in ["focus\\-distance", "Depth"].iter().chain(&sections) {
         assert!(apply.contains(word), "{word}: {apply}");
     }
+    assert!(
+        !apply.contains("EXTRA") && !apply.contains("Examples:"),
+        "{apply}"
+    );
     assert!(page("seidel-measure-lights.1").contains("min\\-snr"));
 }
 
@@ -72,7 +82,9 @@ fn names_of_other_programs_lead_to_the_option() {
         ("--fstop 2", "'--f-number'"),
         ("--aperture=2", "'--f-number'"),
         ("--focus 3", "'--focus-distance'"),
-        ("--mix 0.5", "'--amount'"),
+        ("--intensity 0.5", "'--amount'"),
+        ("--focal-point 3,4", "'--focus-at'"),
+        ("--opacity 0.5", "'--mix'"),
     ] {
         let outcome = seidel_in(folder, &format!("{line} {given}"));
         assert_eq!(outcome.status, 2);

@@ -333,9 +333,12 @@ fn remove_and_relens_equal_the_command() {
         ("amount", "0.7"),
         ("distance", "1.6"),
         ("noise", "0.002"),
+        ("fromFStop", "2.8"),
+        ("toFocusDistance", "2"),
     ];
     let host = in_host(folder, DepthInput::None, &knobs);
-    let line = format!("relens --from @lens.json --to @other.json --amount 0.7 {common}");
+    let sides = "--from-f-number 2.8 --to-focus-distance 2";
+    let line = format!("relens --from @lens.json --to @other.json --amount 0.7 {common} {sides}");
     assert_equals_command(&host, folder, &line);
 }
 

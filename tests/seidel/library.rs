@@ -4,7 +4,7 @@ use seidel_core::{Frame, ObjectDistance, ObservationSet};
 use serde_json::Value;
 
 use crate::support::{
-    generated_set, must_refuse, read_channel, seidel_in, succeeds, write_plate, write_pupil_lens,
+    generated_set, must_refuse, read_channel, succeeds, write_plate, write_pupil_lens,
 };
 
 #[test]
@@ -110,11 +110,32 @@ fn unknown_names_get_the_nearest_and_leave_no_file() {
         "lens show library:macro -o @out.png",
         &["library:macro-100"],
     );
-    // A file has no description.
+}
+
+#[test]
+fn files_are_described_and_lenses_of_the_library_written_to_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
     write_pupil_lens(folder, &["Y"]);
-    let file = seidel_in(folder, "lens show @lens.json");
-    assert_eq!(file.status, 2, "{}", file.stderr);
-    assert!(file.stderr.contains("-o SHEET.png"), "{}", file.stderr);
+    let shown = succeeds(folder, "lens show @lens.json").stdout;
+    for words in [
+        "lens.json: a lens drawn ray by ray",
+        "f/2\n",
+        "300 x 200 px",
+        "channels      Y",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    succeeds(folder, "lens export modern-50 -o @pinned.json");
+    write_plate(&folder.join("plate.exr"), 32, 18);
+    let render = |lens: &str, name: &str| {
+        succeeds(
+            folder,
+            &format!("apply --lens {lens} @plate.exr -o @{name} --distance 3"),
+        );
+        read_channel(&folder.join(name), "G")
+    };
+    assert!(render("@pinned.json", "file.exr") == render("library:modern-50", "library.exr"));
 }
 
 /// Colons are not allowed in the names of files on Windows.

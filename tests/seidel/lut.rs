@@ -114,8 +114,21 @@ fn sequences_are_converted() {
     assert!(end.contains("light.0002.exr"), "{end}");
     assert!(out("log", 1) == out("one", 1));
     // --frames needs a pattern, tables take neither, and an output must not replace its input.
-    let line = format!("lut @light.%04d.exr -o @b.%04d.exr {spaces}");
-    must_refuse(folder, &line, &["contains a frame pattern", "--frames"]);
+    let line = format!("lut @gone.%04d.exr -o @b.%04d.exr {spaces}");
+    must_refuse(folder, &line, &["has no frame on disk", "--frames"]);
+    // Without --frames it is all frames on disk.
+    let found = succeeds(
+        folder,
+        &format!("lut @light.%04d.exr -o @c.%04d.exr {spaces}"),
+    );
+    assert!(
+        found
+            .stderr
+            .contains("2 frames on disk, 1 to 3; missing: 2"),
+        "{}",
+        found.stderr
+    );
+    assert!(out("c", 3) == out("one", 3));
     let line = format!("lut @light.%04d.exr -o @b.exr {spaces} --frames 1-3");
     must_refuse(folder, &line, &["b.exr", "contains no frame pattern"]);
     let line = format!("lut @light.0001.exr -o @light.0001.exr {spaces}");

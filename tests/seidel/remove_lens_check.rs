@@ -346,6 +346,7 @@ fn the_c_abi_returns_the_share_that_the_command_uses() {
         matte: std::ptr::null(),
         matte_depth: std::ptr::null(),
         alphas: std::ptr::null(),
+        mask: std::ptr::null(),
     };
     let path = folder.join("lens.json").display().to_string();
     let path = std::ffi::CString::new(path).expect("no zero");

@@ -55,6 +55,12 @@ impl FramePattern {
     /// Returns the files that exist for the pattern, in the order of their numbers. A number in the name of a folder finds
     /// nothing.
     pub fn existing(&self) -> Vec<PathBuf> {
+        let paths = self.existing_frames().into_iter();
+        paths.map(|number| self.path(number)).collect()
+    }
+
+    /// Returns the numbers of the files that exist for the pattern, in their order.
+    pub fn existing_frames(&self) -> Vec<i64> {
         let folder = match self.path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
@@ -68,8 +74,8 @@ impl FramePattern {
         let mut numbers: Vec<i64> = numbers.collect();
         numbers.sort_unstable();
         numbers.dedup();
-        let paths = numbers.into_iter().map(|number| self.path(number));
-        paths.filter(|path| path.is_file()).collect()
+        numbers.retain(|number| self.path(*number).is_file());
+        numbers
     }
 
     /// Returns the text at the place of the only frame number in a file name that begins and ends as the pattern.
@@ -210,42 +216,87 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
     Ok(frames)
 }
 
+/// Returns the frame number in the name of `file`, the last digits before its extension, as in `plate.1001.exr`.
+pub fn number_in_name(file: &Path) -> Option<i64> {
+    let stem = file.file_stem()?.to_str()?;
+    let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
+    let start = stem[..end].rfind(|c: char| !c.is_ascii_digit());
+    stem[start.map_or(0, |at| {
+        at + stem[at..].chars().next().map_or(1, char::len_utf8)
+    })..end]
+        .parse()
+        .ok()
+}
+
+/// Returns what is missing between the first and the last of `frames`, in words; `None` if nothing is.
+pub fn gaps(frames: &[i64]) -> Option<String> {
+    let gaps = frames.windows(2).filter(|pair| pair[1] - pair[0] > 1);
+    let words: Vec<_> = gaps
+        .map(|pair| match (pair[0] + 1, pair[1] - 1) {
+            (first, last) if first == last => first.to_string(),
+            (first, last) => format!("{first}-{last}"),
+        })
+        .collect();
+    (!words.is_empty()).then(|| words.join(","))
+}
+
 /// Returns the frame numbers of a run over `patterns`: input first, output second, then others such as a depth pass. `None` is a
 /// single image, whose paths are not patterns.
 ///
 /// Input and output must both contain the frame number, or neither; the others may be the same file for every frame.
-/// Without `frames`, an input that exists is not treated as a pattern.
+/// Without `frames`, all frames of the input on disk are taken, and an input that exists is not treated as a pattern.
 ///
 /// # Errors
-/// A pattern without frames, frames without a pattern, and an invalid frame list.
+/// A pattern without files, frames without a pattern, a single output of a sequence, and an invalid frame list.
 pub fn expand_frames(patterns: &[&Path], frames: Option<&str>) -> Result<Vec<Option<i64>>> {
     let parsed: Vec<FramePattern> = patterns.iter().map(FramePattern::parse).collect();
     let Some(list) = frames else {
         let input_is_file = patterns.first().is_some_and(|p| p.is_file());
-        if !input_is_file && let Some(pattern) = parsed.iter().find(|p| p.has_frame()) {
+        let Some(input) = parsed.first().filter(|p| !input_is_file && p.has_frame()) else {
+            return match parsed.iter().find(|p| !input_is_file && p.has_frame()) {
+                Some(pattern) => Err(FileError::new(
+                    &pattern.path,
+                    "",
+                    "contains a frame pattern, but the plate is a single file",
+                    "give IN a frame pattern as well, such as plate.%04d.exr",
+                )),
+                None => Ok(vec![None]),
+            };
+        };
+        let found = input.existing_frames();
+        if found.is_empty() {
             return Err(FileError::new(
-                &pattern.path,
+                &input.path,
                 "",
-                "contains a frame pattern, but no frames were given",
-                "give them by --frames, such as --frames 1001-1100",
+                "has no frame on disk",
+                "check folder and name, or give the frames by --frames, such as --frames 1001-1100",
             ));
         }
-        return Ok(vec![None]);
+        return check_patterns(&parsed, "the frames on disk were taken").map(|()| numbered(found));
     };
     let frames = parse_frames(list)?;
-    for pattern in parsed.iter().take(2) {
+    check_patterns(&parsed, &format!("--frames {list} was given"))?;
+    Ok(numbered(frames))
+}
+
+fn numbered(frames: Vec<i64>) -> Vec<Option<i64>> {
+    frames.into_iter().map(Some).collect()
+}
+
+/// Checks that input and output of a sequence have a place for the frame number; `reason` says why they need one.
+fn check_patterns(patterns: &[FramePattern], reason: &str) -> Result<()> {
+    for pattern in patterns.iter().take(2) {
         if !pattern.has_frame() {
             return Err(FileError::new(
                 &pattern.path,
                 "",
-                format!("contains no frame pattern, but --frames {list} was given"),
+                format!("contains no frame pattern, but {reason}"),
                 "put %04d or #### where the frame number goes, or leave out --frames",
             ));
         }
     }
-    Ok(frames.into_iter().map(Some).collect())
+    Ok(())
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,15 +12,18 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use seidel_core::{Edges, Expand, Settings};
 
-use super::CommandError;
 use super::knobs::{ApplyKnobs, knob_text};
 use super::plates::{
-    Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SettingsRecord, SideInputs, setting,
+    Files, LensUse, LookArgs, PlateCommandArgs, PlateReader, SettingsRecord, SideInputs,
+    channel_parser, setting,
 };
+use super::{CommandError, short_name, value_name};
 use crate::Console;
 use crate::progress::ProgressArgs;
 use frame::Job;
 use occlusion::OcclusionArgs;
+use seidel_image_io::formats::exr;
+use seidel_image_io::image_channel::ChannelSpec;
 use show::ShowChoice;
 
 /// Options of `seidel apply`.
@@ -42,9 +45,17 @@ pub struct ApplyArgs {
     /// It is added where IN was not changed, which restores the original plate there. OUT has the pixels of that plate.
     #[arg(long, help_heading = "Input", value_name = "FILE")]
     residual: Option<PathBuf>,
+    /// Mask: the plate keeps its own pixels where it is 0; or a frame pattern. Its A, its only channel, or CHANNEL
+    ///
+    /// The plate is blurred as without it, so light of a masked object still reaches its surroundings; --holdout takes that away.
+    #[arg(long, help_heading = "Look", value_name = "FILE[:CHANNEL]", value_parser = channel_parser(), conflicts_with = "residual")]
+    mask: Option<ChannelSpec>,
     /// Picture of the blur by depth, instead of the plate
     #[arg(long, value_enum, help_heading = "Output", value_name = "PICTURE", conflicts_with_all = ["residual", "verbose"])]
     show: Option<ShowChoice>,
+    /// Growth of the circle of confusion over that in the plane of focus up to which --show counts a pixel as in focus
+    #[arg(long, help_heading = "Output", value_name = "PX", default_value_t = show::IN_FOCUS_PX, requires = "show", value_parser = show::parse_tolerance)]
+    focus_tolerance: f32,
     /// Report the method and the accuracy of every render; takes longer
     ///
     /// Accuracy is the PSNR in dB of the plate's peak against the exact renderer, at 64 pixels spread over the plate.
@@ -60,7 +71,16 @@ impl ApplyArgs {
 
     /// Returns the `settings` of a render with these `edges` by name, without those of lens and plate.
     fn record(&self, settings: &Settings, edges: Edges) -> SettingsRecord {
-        rendering_record(&of_edges(settings, edges), &self.occlusion.record())
+        let mut record = rendering_record(&of_edges(settings, edges), &self.occlusion.record());
+        if settings.mix != 1.0 {
+            record.push(setting("mix", settings.mix));
+        }
+        record.extend(
+            self.mask
+                .as_ref()
+                .map(|mask| setting("mask", short_name(&mask.file))),
+        );
+        record
     }
 }
 
@@ -93,20 +113,33 @@ pub(super) fn run(
     let mut settings = Settings::default();
     args.knobs.put(&mut settings)?;
     if args.residual.is_some() {
+        if settings.mix != 1.0 {
+            let problem = "--mix and --residual cannot be combined: leave one of the two out";
+            return Err(CommandError::Usage(problem.to_owned()));
+        }
         // The residual is the rest of a render of the plate's own pixels with mirrored edges.
         settings.edges = settings.edges.or(Some(Edges::Mirror));
         settings.expand = Expand::Never;
     }
     settings.occlusion = args.occlusion.settings();
-    let look = LookUse::ThisLens(&args.look);
+    let look = LensUse::Apply(&args.look, &args.knobs);
     let mut reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
     args.occlusion.check()?;
+    if let Some(choice) = args.show.filter(|choice| choice.is_numbers())
+        && exr::FORMAT.check_name(&args.shared.output).is_err()
+    {
+        return Err(CommandError::Usage(format!(
+            "--show {} writes numbers, which only EXR files hold as they are; name OUT .exr",
+            value_name(choice)
+        )));
+    }
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
         read: SideInputs {
             depth: args.shared.depth.depth.clone(),
             residual: args.residual.clone(),
+            mask: args.mask.clone(),
             aperture_picture: args.look.files().next().map(Path::to_owned),
             ..args.occlusion.side_inputs()
         },

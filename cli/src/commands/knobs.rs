@@ -13,6 +13,8 @@ pub(crate) type PlateKnobs = KnobArgs<{ KnobScope::Plates as usize }>;
 pub(crate) type NewBlurKnobs = KnobArgs<{ KnobScope::NewBlur as usize }>;
 /// Options of `apply`.
 pub(crate) type ApplyKnobs = KnobArgs<{ KnobScope::Apply as usize }>;
+/// Options of `relens`.
+pub(crate) type RelensKnobs = KnobArgs<{ KnobScope::Relens as usize }>;
 /// Options of `remove`.
 pub(crate) type RemoveKnobs = KnobArgs<{ KnobScope::Remove as usize }>;
 
@@ -84,7 +86,7 @@ fn option(knob: &'static Knob) -> Arg {
     let help = knob.summary("if omitted");
     let long_help = [help.as_str(), knob.details].join("\n\n");
     let heading = match (knob.scope, knob.host.as_ref().map(|host| host.group)) {
-        (KnobScope::Lens, _) | (_, Some(HostGroup::Focus)) => "Focus",
+        (KnobScope::Lens | KnobScope::Relens, _) | (_, Some(HostGroup::Focus)) => "Focus",
         (_, Some(HostGroup::Render)) => "Output",
         _ => "Look",
     };

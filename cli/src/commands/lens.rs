@@ -1,9 +1,11 @@
 //! `seidel lens`: the library of lenses, drawings of a lens, and the JSON schema of profiles.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use seidel_core::LibraryLens;
+use seidel_core::profile::LensDescription;
+use seidel_core::{LensProfile, LibraryLens};
 use seidel_optics::library::{self};
 use seidel_optics::profile::schema;
 
@@ -21,6 +23,8 @@ pub enum LensCommand {
     List(ListArgs),
     /// Describe a lens of the library, or draw the PSFs of any lens over the frame, by channel and distance
     Show(ShowArgs),
+    /// Write the profile of a lens of the library, or of the folder that SEIDEL_LENSES names, to pin it over a long show
+    Export(ExportArgs),
     /// Print the JSON schema of lens profiles
     Schema,
 }
@@ -33,12 +37,22 @@ pub struct ListArgs {
     json: bool,
 }
 
+/// Options of `seidel lens export`.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// Name of a lens, with or without library: before it
+    name: PathBuf,
+    /// Lens profile to write; printed if left out
+    #[arg(short, long, value_name = "LENS.json")]
+    output: Option<PathBuf>,
+}
+
 /// Options of `seidel lens show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
     /// Lens profile, or the name of a lens of the library, with or without library: before it
     lens: PathBuf,
-    /// Picture to write (PNG); a lens of the library is described in words if this is left out
+    /// Picture to write (PNG); the lens is described in words if this is left out
     #[arg(short, long, value_name = "SHEET.png")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -51,6 +65,7 @@ pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), Co
             console.print(schema());
             Ok(())
         }
+        LensCommand::Export(args) => export(args, console),
         LensCommand::List(args) => list(args, console),
         LensCommand::Show(args) => show(args, console),
     }
@@ -86,7 +101,11 @@ fn list(args: &ListArgs, console: &mut Console) -> Result<(), CommandError> {
     }
     for name in lens_profile::own_names()? {
         let reference = format!("{}{name}", library::PREFIX);
-        console.print(format!("{reference:<64} own profile"));
+        let state = match lens_profile::read(Path::new(&reference)) {
+            Ok(_) => "own profile".to_owned(),
+            Err(error) => format!("cannot be used: {}", error.problem()),
+        };
+        console.print(format!("{reference:<64} {state}"));
     }
     console.print("");
     console.print(
@@ -106,17 +125,83 @@ fn with_prefix(lens: &Path) -> PathBuf {
     lens.to_path_buf()
 }
 
+fn export(args: &ExportArgs, console: &mut Console) -> Result<(), CommandError> {
+    let profile = lens_profile::read(&with_prefix(&args.name))?;
+    let Some(output) = &args.output else {
+        console.print(profile.to_json());
+        return Ok(());
+    };
+    lens_profile::write(output, &profile)?;
+    console.print(format!("wrote {}", output.display()));
+    Ok(())
+}
+
+/// Returns a lens profile in words, in the order of the sheets of the library.
+fn words(path: &Path, lens: &LensProfile) -> String {
+    let camera = &lens.camera;
+    let known = |value: Option<f64>, form: &dyn Fn(f64) -> String| {
+        value.map_or_else(|| "not known".to_owned(), form)
+    };
+    let (kind, channels) = match &lens.description {
+        LensDescription::Moments(channels) => {
+            let names = channels.iter().map(|channel| channel.name.as_str());
+            ("fitted by moments", names.collect::<Vec<_>>())
+        }
+        LensDescription::Pupil(channels) => {
+            let names = channels.iter().map(|channel| channel.name.as_str());
+            ("drawn ray by ray", names.collect())
+        }
+    };
+    let effects: BTreeSet<&str> = (lens.pupil_channels().iter())
+        .flat_map(|channel| &channel.effects)
+        .map(|effect| effect.effect.id())
+        .collect();
+    let effects: Vec<_> = effects.into_iter().collect();
+    let (width, height) = (lens.frame.width_px(), lens.frame.height_px());
+    let pitch = known(lens.pixel_pitch_um, &|um| {
+        let mm = |px: u32| f64::from(px) * um / 1e3;
+        format!("{:.2} x {:.2} mm", mm(width), mm(height))
+    });
+    let mut lines = vec![
+        format!("{}: a lens {kind}", path.display()),
+        camera.lens_model.clone().unwrap_or_default(),
+        String::new(),
+        format!(
+            "  focal length  {}",
+            known(camera.focal_length_mm, &|mm| format!("{mm} mm"))
+        ),
+        format!(
+            "  f-number      {}",
+            known(camera.f_number, &|n| format!("f/{n}"))
+        ),
+        format!("  focus         {}", camera.focus_distance),
+        format!("  sensor        {pitch}, {width} x {height} px"),
+        format!("  channels      {}", channels.join(", ")),
+    ];
+    lines.extend((camera.squeeze).map(|squeeze| format!("  squeeze       {squeeze}x")));
+    if !effects.is_empty() {
+        lines.push(format!("  effects       {}", effects.join(", ")));
+    }
+    let provenance = &lens.provenance;
+    lines.push(format!(
+        "  made by       {} {}",
+        provenance.program, provenance.settings
+    ));
+    if !provenance.sources.is_empty() {
+        lines.push(format!("  measured in   {}", provenance.sources.join(", ")));
+    }
+    lines.extend(lens.adequacy().map(|adequacy| format!("\n{adequacy}")));
+    lines.join("\n").replacen("\n\n\n", "\n\n", 1)
+}
+
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
     let path = with_prefix(&args.lens);
     let of_library = lens_profile::of_library(&path)?;
     let Some(output) = &args.output else {
-        let Some(lens) = of_library else {
-            return Err(CommandError::Usage(format!(
-                "give -o SHEET.png to draw {}; only lenses of the library have a description (`seidel lens list`)",
-                path.display()
-            )));
-        };
-        console.print(lens.sheet()?.to_string().trim_end());
+        match of_library {
+            Some(lens) => console.print(lens.sheet()?.to_string().trim_end()),
+            None => console.print(words(&path, &lens_profile::read(&path)?)),
+        }
         return Ok(());
     };
     let Drawing { lens, model } = args.drawing.open(&path, console)?;

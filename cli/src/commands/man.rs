@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap_mangen::Man;
+use clap_mangen::roff::{Roff, bold, roman};
 
 use super::{CommandError, command};
 use crate::Console;
@@ -42,15 +43,75 @@ fn with_all_helps(command: clap::Command) -> clap::Command {
 
 /// Writes the page of `command`, called `name`, and those of its subcommands. Returns the number of pages.
 fn write_pages(command: &clap::Command, name: &str, folder: &Path) -> Result<usize, CommandError> {
+    // The examples get a section of their own name: clap_mangen calls it EXTRA.
+    let examples = command.get_after_long_help().map(ToString::to_string);
     let page = Man::new(command.clone()).title(name);
     let path = folder.join(format!("{name}.1"));
-    write_atomically(&path, |out| page.render(out))?;
+    write_atomically(&path, |out| {
+        page.render_title(out)?;
+        page.render_name_section(out)?;
+        page.render_synopsis_section(out)?;
+        page.render_description_section(out)?;
+        page.render_options_section(out)?;
+        if command.has_subcommands() {
+            page.render_subcommands_section(out)?;
+        }
+        closing_sections(examples.as_deref()).to_writer(out)
+    })?;
     let mut count = 1;
     for subcommand in command.get_subcommands() {
         let name = format!("{name}-{}", subcommand.get_name());
         count += write_pages(subcommand, &name, folder)?;
     }
     Ok(count)
+}
+
+/// The exit statuses, each with its meaning.
+const EXIT_STATUS: [(&str, &str); 4] = [
+    ("0", "Done."),
+    (
+        "1",
+        "The work failed; the message names file, field and remedy, and no partial output is left.",
+    ),
+    ("2", "The command line is wrong."),
+    (
+        "129, 130, 143",
+        "Stopped by SIGHUP, SIGINT or SIGTERM; partial outputs are removed.",
+    ),
+];
+
+/// The environment variables that the command reads.
+const ENVIRONMENT: [(&str, &str); 2] = [
+    (
+        "SEIDEL_LENSES",
+        "Folder of own lens profiles, which library:NAME finds.",
+    ),
+    ("OCIO", "OpenColorIO config, unless --ocio names one."),
+];
+
+/// Returns the sections EXIT STATUS, ENVIRONMENT and EXAMPLES.
+fn closing_sections(examples: Option<&str>) -> Roff {
+    let mut roff = Roff::default();
+    for (heading, terms) in [
+        ("EXIT STATUS", &EXIT_STATUS[..]),
+        ("ENVIRONMENT", &ENVIRONMENT),
+    ] {
+        roff.control("SH", [heading]);
+        for (term, meaning) in terms {
+            roff.control("TP", [])
+                .text([bold(*term)])
+                .text([roman(*meaning)]);
+        }
+    }
+    if let Some(examples) = examples {
+        let lines = examples.lines().filter(|line| *line != "Examples:");
+        roff.control("SH", ["EXAMPLES"]).control("nf", []);
+        for line in lines {
+            roff.text([roman(line)]);
+        }
+        roff.control("fi", []);
+    }
+    roff
 }
 
 #[cfg(test)]

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use seidel_core::{Edges, Settings};
+use seidel_core::{Edges, RelensSide, Settings};
 
 use super::CommandError;
-use super::plates::{Files, LookArgs, LookUse, PlateCommandArgs, PlateReader, SideInputs};
+use super::knobs::RelensKnobs;
+use super::plates::{Files, LensUse, LookArgs, PlateCommandArgs, PlateReader, SideInputs};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -22,9 +23,14 @@ pub struct RelensArgs {
     /// Profile of the lens that the plate was taken with
     #[arg(long, help_heading = "Input", value_name = "LENS")]
     from: PathBuf,
-    /// Profile of the lens whose blur the plate gets; options about the lens apply to both
+    /// Profile of the lens whose blur the plate gets; that of --from if omitted
+    ///
+    /// Options about the lens apply to both lenses, but --from-... and --to-... to one of them: the lens of --from opened up is
+    /// --from-f-number 4 --to-f-number 1.4.
     #[arg(long, help_heading = "Input", value_name = "LENS")]
-    to: PathBuf,
+    to: Option<PathBuf>,
+    #[command(flatten)]
+    sides: RelensKnobs,
     #[command(flatten)]
     shared: PlateCommandArgs,
     #[command(flatten)]
@@ -48,10 +54,13 @@ pub(super) fn run(
     let mut settings = Settings::default();
     settings.edges = Some(Edges::Mirror);
     settings.removal = args.removal.settings();
+    args.sides.put(&mut settings)?;
     let (shared, look) = (&args.shared, &args.look);
-    let other = LookUse::OtherLens(look);
-    let mut from = PlateReader::open(&args.from, shared, other, settings.clone(), console)?;
-    let mut to = PlateReader::open(&args.to, shared, LookUse::ThisLens(look), settings, console)?;
+    let to_lens = args.to.as_ref().unwrap_or(&args.from);
+    let side = |side| LensUse::Relens(side, look, &args.sides);
+    let from_use = side(RelensSide::From);
+    let mut from = PlateReader::open(&args.from, shared, from_use, settings.clone(), console)?;
+    let mut to = PlateReader::open(to_lens, shared, side(RelensSide::To), settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
@@ -61,7 +70,7 @@ pub(super) fn run(
             ..SideInputs::default()
         },
         written: Vec::new(),
-        lenses: (shared.lens).files_with(vec![("FromLens", &args.from), ("ToLens", &args.to)]),
+        lenses: (shared.lens).files_with(vec![("FromLens", &args.from), ("ToLens", to_lens)]),
     };
     let run = (args.shared.run).begin("changing lenses", &files, command_line, console)?;
     from.begin(&run, console)?;

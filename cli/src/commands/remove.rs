@@ -12,7 +12,7 @@ use seidel_core::{Edges, Settings};
 
 use super::CommandError;
 use super::knobs::RemoveKnobs;
-use super::plates::{Files, LookUse, PlateCommandArgs, PlateReader, SideInputs, channel_parser};
+use super::plates::{Files, LensUse, PlateCommandArgs, PlateReader, SideInputs, channel_parser};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use crate::progress::ProgressArgs;
@@ -97,7 +97,8 @@ pub(super) fn run(
     settings.edges = Some(Edges::Mirror);
     settings.removal = args.removal.settings();
     args.knobs.put(&mut settings)?;
-    let mut reader = PlateReader::open(&args.lens, &args.shared, LookUse::None, settings, console)?;
+    let mut reader =
+        PlateReader::open(&args.lens, &args.shared, LensUse::Remove, settings, console)?;
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,

@@ -42,7 +42,7 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
         gap(d.gap.before)
     ));
     lines.push(format!(
-        "of the gap: {} by the lens's own model, {} by a change; detection limit {}, noise {}",
+        "of the gap: {} is fit error, {} is new; detection limit {}, noise {}",
         gap(d.shares.model),
         gap(d.shares.change),
         gap(d.detection_limit),

@@ -5,7 +5,15 @@ use seidel_optics::profile::Controls;
 use seidel_render::MAX_MULTIPLIER;
 
 use super::kind::{HostGroup, Knob, KnobKind, KnobScope, Number, Unit};
+use super::lens::Control;
 use crate::settings::Settings;
+
+pub(super) const FOCUS_DISTANCE: Control = Control {
+    unit: Unit::Distance,
+    range: (f64::MIN_POSITIVE, f64::INFINITY),
+    slider: (0.1, 20.0),
+    digits: 3,
+};
 
 /// A factor on the growth of blur on one side of the focus plane.
 const fn multiplier(get: fn(&Settings) -> Option<f64>, set: fn(&mut Settings, f64)) -> KnobKind {
@@ -29,16 +37,11 @@ pub(super) static KNOBS: &[Knob] = &[
             "focus-distance",
             KnobScope::Lens,
             "Distance to focus the lens on",
-            KnobKind::Number(Number {
-                unit: Unit::Distance,
-                range: (f64::MIN_POSITIVE, f64::INFINITY),
-                default: None,
-                absent: Controls::AS_MEASURED,
-                slider: (0.1, 20.0),
-                digits: 3,
-                get: |settings| settings.controls.focus_distance.and_then(metres),
-                set: |settings, value| settings.controls.focus_distance = ObjectDistance::metres(value).ok(),
-            }),
+            FOCUS_DISTANCE.knob(
+                Controls::AS_MEASURED,
+                |settings| settings.controls.focus_distance.and_then(metres),
+                |settings, value| settings.controls.focus_distance = ObjectDistance::metres(value).ok(),
+            ),
         )
     },
     Knob {
@@ -102,7 +105,7 @@ pub(super) static KNOBS: &[Knob] = &[
 ];
 
 /// Returns a known distance in metres.
-fn metres(distance: ObjectDistance) -> Option<f64> {
+pub(super) fn metres(distance: ObjectDistance) -> Option<f64> {
     match distance {
         ObjectDistance::Unknown => None,
         ObjectDistance::Infinity => Some(f64::INFINITY),

@@ -62,6 +62,8 @@ pub enum HostGroup {
     Render,
     /// Noise, clipping and strength of a removal.
     Remove,
+    /// The two lenses of a relens.
+    Relens,
 }
 
 /// The commands that have the option of a knob.
@@ -79,6 +81,8 @@ pub enum KnobScope {
     Removal,
     /// `remove`.
     Remove,
+    /// `relens`.
+    Relens,
 }
 
 /// Type, range and default of a knob, and its place in [`Settings`].

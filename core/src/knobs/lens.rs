@@ -8,25 +8,54 @@ use super::kind::{HostGroup, Knob, KnobKind, KnobScope, Number, Relation, Unit};
 use crate::plate::LensScale;
 use crate::settings::Settings;
 
-/// A control of the lens that stays as measured if it is left out.
-const fn control(
-    unit: Unit,
-    range: (f64, f64),
-    slider: (f64, f64),
-    digits: u8,
-    get: fn(&Settings) -> Option<f64>,
-    set: fn(&mut Settings, f64),
-) -> KnobKind {
-    KnobKind::Number(Number {
-        unit,
-        range,
-        default: None,
-        absent: Controls::AS_MEASURED,
-        slider,
-        digits,
-        get,
-        set,
-    })
+/// Unit and range of a control of the lens.
+pub(super) struct Control {
+    pub(super) unit: Unit,
+    pub(super) range: (f64, f64),
+    pub(super) slider: (f64, f64),
+    pub(super) digits: u8,
+}
+
+pub(super) const FOCAL_LENGTH: Control = Control {
+    unit: Unit::Millimetres,
+    range: (0.1, 1e4),
+    slider: (0.0, 300.0),
+    digits: 1,
+};
+
+pub(super) const F_NUMBER: Control = Control {
+    unit: Unit::FNumber,
+    range: (0.5, 1e4),
+    slider: (0.0, 22.0),
+    digits: 2,
+};
+
+pub(super) const SENSOR_SHIFT: Control = Control {
+    unit: Unit::Micrometres,
+    range: (-1e5, 1e5),
+    slider: (-200.0, 200.0),
+    digits: 1,
+};
+
+impl Control {
+    /// The knob of a control, which has the value `absent` in words if it is left out.
+    pub(super) const fn knob(
+        self,
+        absent: &'static str,
+        get: fn(&Settings) -> Option<f64>,
+        set: fn(&mut Settings, f64),
+    ) -> KnobKind {
+        KnobKind::Number(Number {
+            unit: self.unit,
+            range: self.range,
+            default: None,
+            absent,
+            slider: self.slider,
+            digits: self.digits,
+            get,
+            set,
+        })
+    }
 }
 
 const GEOMETRIES: [Displacement; 3] = [
@@ -62,11 +91,8 @@ pub(super) static KNOBS: &[Knob] = &[
             "focal-length-mm",
             KnobScope::Lens,
             "Focal length to scale the lens and its frame to; f-number and focus distance stay",
-            control(
-                Unit::Millimetres,
-                (0.1, 1e4),
-                (0.0, 300.0),
-                1,
+            FOCAL_LENGTH.knob(
+                Controls::AS_MEASURED,
                 |settings| settings.controls.focal_length_mm,
                 |settings, value| settings.controls.focal_length_mm = Some(value),
             ),
@@ -82,11 +108,8 @@ pub(super) static KNOBS: &[Knob] = &[
             "f-number",
             KnobScope::Lens,
             "F-number to stop the lens down to",
-            control(
-                Unit::FNumber,
-                (0.5, 1e4),
-                (0.0, 22.0),
-                2,
+            F_NUMBER.knob(
+                Controls::AS_MEASURED,
                 |settings| settings.controls.f_number,
                 |settings, value| settings.controls.f_number = Some(value),
             ),
@@ -100,11 +123,8 @@ pub(super) static KNOBS: &[Knob] = &[
             "sensor-shift-um",
             KnobScope::Lens,
             "Shift of the sensor away from the lens; negative towards it",
-            control(
-                Unit::Micrometres,
-                (-1e5, 1e5),
-                (-200.0, 200.0),
-                1,
+            SENSOR_SHIFT.knob(
+                Controls::AS_MEASURED,
                 |settings| settings.controls.sensor_shift_um,
                 |settings, value| settings.controls.sensor_shift_um = Some(value),
             ),

@@ -1,7 +1,7 @@
 //! Accuracy, edges and occlusion of a render.
 
 use super::choice::{Choice, ChoiceOption, index_in};
-use super::kind::{HostGroup, Knob, KnobKind, KnobScope, KnobUse, Switch};
+use super::kind::{HostGroup, Knob, KnobKind, KnobScope, KnobUse, Number, Switch, Unit};
 use crate::settings::{Edges, Expand, OcclusionSettings, Quality};
 
 fn is_apply(case: &KnobUse) -> bool {
@@ -95,7 +95,7 @@ pub(super) static KNOBS: &[Knob] = &[
                     ChoiceOption {
                         word: "auto",
                         label: "Auto",
-                        help: "Sides beyond which nothing is known to be: those of a plate with alpha whose border is transparent or that lie within the display window",
+                        help: "Sides where the plate is transparent: those of a plate with alpha whose border is transparent or that lie within the display window",
                     },
                     ChoiceOption {
                         word: "on",
@@ -167,4 +167,19 @@ pub(super) static KNOBS: &[Knob] = &[
         )
         .in_hosts(HostGroup::Render, ["blurInside", "Blur Inward"])
     },
+    Knob::new(
+        "mix",
+        KnobScope::Apply,
+        "Weight of the blurred plate against its own pixels, times that of the mask",
+        KnobKind::Number(Number {
+            unit: Unit::Factor,
+            range: (0.0, 1.0),
+            default: Some(1.0),
+            absent: "",
+            slider: (0.0, 1.0),
+            digits: 3,
+            get: |settings| Some(settings.mix),
+            set: |settings, value| settings.mix = value,
+        }),
+    ),
 ];

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::{LensSession, Plate};
+use seidel_core::{LensSession, Plate, RelensSide};
 
 use crate::host::{Call, Failure, ParameterValue, Result, show_information};
 use crate::knobs::{Knobs, lens, named};
@@ -34,7 +34,13 @@ fn result(call: &Call) -> Result<Option<String>> {
     let bounds = source.image.bounds;
     let frame = Frame::new(call, &knobs, &source, bounds, bounds);
     let inputs = Inputs::fetch(call, &knobs, &profile, frame.map)?;
-    let settings = settings(&knobs, &profile, frame.scale, HostQuality::Full)?;
+    let settings = settings(
+        &knobs,
+        &profile,
+        frame.scale,
+        HostQuality::Full,
+        RelensSide::From,
+    )?;
     if settings.amount == 0.0 {
         return Err(Failure::failed(
             "Amount: is 0, so that the lens has no blur to compare; give another.",

@@ -1,6 +1,6 @@
 //! A guess of Depth Math from a depth input that was just connected.
 
-use seidel_core::{DepthProblem, LensSession, PreparedDepth, Severity};
+use seidel_core::{DepthProblem, LensSession, PreparedDepth, RelensSide, Severity};
 
 use super::instance_set::InstanceSet;
 use crate::clips::DEPTH;
@@ -69,7 +69,13 @@ fn result(call: &Call) -> Result<Guess> {
     let bounds = source.image.bounds;
     let frame = Frame::new(call, &knobs, &source, bounds, bounds);
     let inputs = Inputs::fetch(call, &knobs, &profile, frame.map)?;
-    let settings = settings(&knobs, &profile, frame.scale, HostQuality::Full)?;
+    let settings = settings(
+        &knobs,
+        &profile,
+        frame.scale,
+        HostQuality::Full,
+        RelensSide::From,
+    )?;
     let session = LensSession::new(&profile, &settings)?;
     let geometry = plate_geometry(&settings, frame.scale, frame.format, frame.extent);
     let pass = inputs.depth(&knobs, &profile, frame.scale, &geometry)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::{AperturePicture, Lens, LensSession, Plate, Rectangle, Settings};
+use seidel_core::{AperturePicture, Lens, LensSession, Plate, Rectangle, RelensSide, Settings};
 
 use super::identity::is_identity;
 use super::{Answer, persistent_message};
@@ -236,7 +236,7 @@ impl Render<'_, '_> {
             _ if mode == lens::REMOVE => Ok(Task::Remove),
             _ if mode == lens::RELENS => {
                 let profile = chosen_lens(self.knobs, &lens::TO_LENS, &lens::TO_PROFILE)?;
-                let mut settings = self.settings(&profile)?;
+                let mut settings = self.settings(&profile, RelensSide::To)?;
                 put_look(self.knobs, &profile, self.frame.scale, &mut settings)?;
                 settings.look.picture = self.aperture()?;
                 let session = LensSession::new(&profile, &settings)?;
@@ -248,7 +248,7 @@ impl Render<'_, '_> {
 
     /// Sets a lens as the parameters say.
     fn session(&self, profile: &Lens) -> Result<Arc<LensSession>> {
-        let mut settings = self.settings(profile)?;
+        let mut settings = self.settings(profile, RelensSide::From)?;
         if self.knobs.choice(&lens::MODE) == lens::APPLY {
             settings.look.picture = self.aperture()?;
         }
@@ -260,7 +260,7 @@ impl Render<'_, '_> {
         aperture_picture(self.call, self.knobs, self.frame.map)
     }
 
-    fn settings(&self, profile: &Lens) -> Result<Settings> {
+    fn settings(&self, profile: &Lens, side: RelensSide) -> Result<Settings> {
         let arguments = &self.call.arguments;
         let is_draft = arguments.int(QUALITY_DRAFT, 0).unwrap_or(0) != 0
             || arguments.equals(THUMBNAIL, c"true");
@@ -269,7 +269,7 @@ impl Render<'_, '_> {
         } else {
             HostQuality::Full
         };
-        settings(self.knobs, profile, self.frame.scale, quality)
+        settings(self.knobs, profile, self.frame.scale, quality, side)
     }
 
     /// Mixes the result with the source.

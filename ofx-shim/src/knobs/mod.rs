@@ -12,6 +12,7 @@ pub(crate) mod focus;
 pub(crate) mod lens;
 pub(crate) mod look;
 pub(crate) mod output;
+pub(crate) mod relens;
 pub(crate) mod remove;
 pub(crate) mod render;
 mod values;
@@ -161,7 +162,7 @@ impl Group {
 }
 
 /// All groups, in the order in which hosts show them.
-pub(crate) static ALL: [&Group; 9] = [
+pub(crate) static ALL: [&Group; 10] = [
     &lens::GROUP,
     &lens::DETAILS,
     &depth::GROUP,
@@ -170,6 +171,7 @@ pub(crate) static ALL: [&Group; 9] = [
     &output::GROUP,
     &render::GROUP,
     &remove::GROUP,
+    &relens::GROUP,
     &colour::GROUP,
 ];
 

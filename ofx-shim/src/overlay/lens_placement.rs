@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::{Lens, PlateGeometry, PlatePlacement, Settings};
+use seidel_core::{Lens, PlateGeometry, PlatePlacement, RelensSide, Settings};
 
 use crate::geometry::{Field, PixelMap, PlateScale, Scale, is_empty};
 use crate::host::{Call, Result};
@@ -44,7 +44,13 @@ impl LensPlacement {
         let lens = chosen_lens(knobs, &knob::LENS, &knob::PROFILE)?;
         let plate_scale = PlateScale::new(scale, Field::Whole);
         let format = PixelMap::new(pixels, Field::Whole).rectangle(pixels);
-        let settings = settings(knobs, &lens, plate_scale, HostQuality::Full)?;
+        let settings = settings(
+            knobs,
+            &lens,
+            plate_scale,
+            HostQuality::Full,
+            RelensSide::From,
+        )?;
         Ok(Some(Self {
             geometry: plate_geometry(&settings, plate_scale, format, format),
             settings,

@@ -107,6 +107,7 @@ impl Abi {
             matte: input(1),
             matte_depth: input(2),
             alphas: null(),
+            mask: null(),
         };
         assert_eq!(call(&plate, &target), SeidelStatus::Ok);
         out

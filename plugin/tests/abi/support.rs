@@ -56,6 +56,7 @@ pub(crate) fn plate(source: &SeidelImage, extent: SeidelRect) -> SeidelPlate {
         matte: std::ptr::null(),
         matte_depth: std::ptr::null(),
         alphas: std::ptr::null(),
+        mask: std::ptr::null(),
     }
 }
 

@@ -16,13 +16,14 @@ This page is written by `cargo xtask knobs` from the table in `core/src/knobs`.
 ";
 
 /// The headings of the guide, each with the commands that it is about.
-const SECTIONS: [(&str, KnobScope); 6] = [
+const SECTIONS: [(&str, KnobScope); 7] = [
     ("All commands that draw a lens", KnobScope::Lens),
     ("Apply, remove and relens", KnobScope::Plates),
     ("Apply and relens", KnobScope::NewBlur),
     ("Apply", KnobScope::Apply),
     ("Remove and relens", KnobScope::Removal),
     ("Remove", KnobScope::Remove),
+    ("Relens, for one of its lenses", KnobScope::Relens),
 ];
 
 pub(super) fn text() -> String {

@@ -37,6 +37,7 @@ fn comment(knob: &Knob) -> String {
     let of = match knob.scope {
         KnobScope::Apply => " (seidel_apply)",
         KnobScope::Remove => " (seidel_remove)",
+        KnobScope::Relens => " (seidel_relens)",
         KnobScope::Removal => " (blur removal)",
         KnobScope::Lens | KnobScope::Plates | KnobScope::NewBlur => "",
     };

@@ -122,6 +122,7 @@ fn attribute(knob: &Knob) -> Attribute {
     let of = match knob.scope {
         KnobScope::Apply => "; in ``apply``",
         KnobScope::Remove => "; in ``remove``",
+        KnobScope::Relens => "; in ``relens``",
         _ => "",
     };
     let details = Some(knob.details).filter(|details| !details.is_empty());

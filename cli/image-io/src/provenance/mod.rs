@@ -99,12 +99,30 @@ impl Provenance {
         })
     }
 
-    /// Returns whether a file with these `texts`, of frame `frame`, was made by another command line; nothing if the texts
-    /// do not say.
-    pub fn is_other_command(&self, frame: Option<i64>, texts: &[(String, String)]) -> Option<bool> {
+    /// Returns how the command line differs that made a file with these `texts`, of frame `frame`; nothing if the texts do not
+    /// say.
+    pub fn command_change(
+        &self,
+        frame: Option<i64>,
+        texts: &[(String, String)],
+    ) -> Option<CommandChange> {
         let (_, text) = texts.iter().find(|(name, _)| name == COMMAND)?;
-        let short = |text: &str| text_without_folders(text);
-        Some(short(text) != short(&self.command(frame)))
+        let [before, now] = [
+            text_without_folders(text),
+            text_without_folders(&self.command(frame)),
+        ];
+        if before == now {
+            return Some(CommandChange::None);
+        }
+        let [before, now] = [options(&before), options(&now)];
+        let only = |own: &[String], other: &[String]| {
+            let own = own.iter().filter(|option| !other.contains(option));
+            own.cloned().collect::<Vec<_>>().join(" ")
+        };
+        Some(CommandChange::Options {
+            before: only(&before, &now),
+            now: only(&now, &before),
+        })
     }
 
     /// Returns a text of an earlier provenance, or the value of a setting, with paths in the form of this one.
@@ -218,6 +236,33 @@ fn shell_quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
+/// The difference between two command lines.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CommandChange {
+    /// None.
+    None,
+    /// Options and files that only one of them has; both are empty where the order differs.
+    Options {
+        /// Those of the earlier one.
+        before: String,
+        /// Those of the later one.
+        now: String,
+    },
+}
+
+/// Returns the options of a command line, each with its values.
+fn options(command: &str) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for word in command.split(' ') {
+        let is_option = word.starts_with('-') && word.parse::<f64>().is_err();
+        match all.last_mut() {
+            Some(option) if !is_option => *option = format!("{option} {word}"),
+            _ => all.push(word.to_owned()),
+        }
+    }
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -288,10 +333,16 @@ mod tests {
         let history = "0.1.0: seidel demo x\n?: seidel lut a.exr";
         assert_eq!(text(&texts, HISTORY), history);
         // Where files lie is no other command.
-        assert_eq!(full.is_other_command(Some(3), &texts), Some(false));
+        assert_eq!(
+            full.command_change(Some(3), &texts),
+            Some(CommandChange::None)
+        );
         let other = provenance(&["s", "remove"]);
-        assert_eq!(other.is_other_command(Some(3), &texts), Some(true));
-        assert_eq!(other.is_other_command(Some(3), &[]), None);
+        assert!(matches!(
+            other.command_change(Some(3), &texts),
+            Some(CommandChange::Options { .. })
+        ));
+        assert_eq!(other.command_change(Some(3), &[]), None);
     }
 
     #[test]

@@ -156,12 +156,16 @@ impl ViewWork for Job<'_> {
         // The plate is copied once the memory of the render is free again.
         let mut plate;
         if let Some(choice) = self.args.show {
-            let shown = show::draw(choice, &loaded)?;
+            let shown = show::draw(choice, self.args.focus_tolerance, &loaded)?;
             if index == 0 {
                 warnings.extend(shown.legend);
             }
             plate = loaded.plate.clone();
-            loaded.put_planes(&mut plate, shown.planes)?;
+            if choice.is_numbers() {
+                loaded.put_numbers(&mut plate, shown.planes)?;
+            } else {
+                loaded.put_planes(&mut plate, shown.planes)?;
+            }
         } else if loaded.is_neutral() {
             plate = loaded.plate.clone();
             loaded.put_unchanged(&mut plate)?;

@@ -3,8 +3,8 @@
 use clap::ValueEnum;
 use seidel_core::{BlurMap, COC_SCALE, CocColours, FocusSide};
 
-use crate::commands::CommandError;
 use crate::commands::plates::LoadedPlate;
+use crate::commands::{CommandError, value_name};
 use seidel_image_io::error::FileError;
 use seidel_image_io::samples::Encoding;
 
@@ -17,6 +17,24 @@ pub(super) enum ShowChoice {
     Focus,
     /// Depth slices that the plate is rendered in, one colour each
     Slices,
+    /// Diameter of the circle of confusion in plate pixels as a number, negative in front of the focus; EXR only
+    CocPx,
+    /// Focus matte: 1 in focus, 0 elsewhere; EXR only
+    FocusMatte,
+}
+
+impl ShowChoice {
+    /// Returns whether the samples are numbers, not colours.
+    pub(super) fn is_numbers(self) -> bool {
+        matches!(self, Self::CocPx | Self::FocusMatte)
+    }
+}
+
+/// Parses a growth of the circle of confusion.
+pub(super) fn parse_tolerance(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|px: &f32| px.is_finite() && *px >= 0.0);
+    number.ok_or_else(|| "give 0 or more plate pixels".to_owned())
 }
 
 /// A colour by its sRGB codes.
@@ -35,8 +53,8 @@ impl Colour {
     }
 }
 
-/// Growth of the circle of confusion over that in the plane of focus up to which a pixel is in focus, px.
-const IN_FOCUS_PX: f32 = 2.0;
+/// The usual growth of the circle of confusion over that in the plane of focus up to which a pixel is in focus, px.
+pub(super) const IN_FOCUS_PX: f32 = 2.0;
 const IN_FOCUS: Colour = Colour([60, 220, 90]);
 const IN_FRONT: Colour = Colour([235, 60, 50]);
 const BEHIND: Colour = Colour([60, 100, 245]);
@@ -59,18 +77,29 @@ pub(super) struct Shown {
 ///
 /// # Errors
 /// A plate without R, G and B, slices without a depth pass, and focus of a lens that has none.
-pub(super) fn draw(choice: ShowChoice, loaded: &LoadedPlate) -> Result<Shown, CommandError> {
+pub(super) fn draw(
+    choice: ShowChoice,
+    tolerance_px: f32,
+    loaded: &LoadedPlate,
+) -> Result<Shown, CommandError> {
     let rgb = rgb_planes(loaded)?;
     let map = loaded.prepared.blur_map().map_err(|e| loaded.in_file(e))?;
     let needs = |option: &str, problem: &str, remedy: &str| -> CommandError {
         FileError::new(loaded.plate.path(), option, problem, remedy).into()
     };
+    if map.focus_per_m.is_none() && choice != ShowChoice::Coc && choice != ShowChoice::Slices {
+        let problem = "the lens has no distance at which it is sharpest";
+        let option = format!("--show {}", value_name(choice));
+        return Err(needs(&option, problem, "use --show coc"));
+    }
+    // The distance that was asked for, which aberrations may hold to be a little off the sharpest one.
+    let requested = loaded.lens.session.settings().focus.focus_per_m;
+    let focus_per_m = requested.or(map.focus_per_m).unwrap_or_default();
     let (pixel, legend): (PixelColour, Vec<String>) = match choice {
         ShowChoice::Coc => coc(&map),
-        ShowChoice::Focus => focus(&map).ok_or_else(|| {
-            let problem = "the lens has no distance at which it is sharpest";
-            needs("--show focus", problem, "use --show coc")
-        })?,
+        ShowChoice::Focus => focus(&map, focus_per_m, tolerance_px),
+        ShowChoice::CocPx => coc_px(&map),
+        ShowChoice::FocusMatte => focus_matte(&map, tolerance_px),
         ShowChoice::Slices if map.slices.is_empty() => {
             let problem = "the plate has one distance, so it is not cut into slices";
             let remedy = "give --depth FILE, or a plate with a depth channel Z, without --distance";
@@ -82,6 +111,10 @@ pub(super) fn draw(choice: ShowChoice, loaded: &LoadedPlate) -> Result<Shown, Co
     let names = loaded.prepared.names();
     let alpha = names.iter().position(|name| name == "A");
     let alpha = alpha.map(|place| planes[place].clone());
+    if choice.is_numbers() {
+        // No alpha may change a number.
+        planes.iter_mut().for_each(|plane| plane.fill(1.0));
+    }
     for index in 0..map.diameter_px.len() {
         let own = rgb.map(|place| planes[place][index]);
         let coverage = alpha.as_ref().map_or(1.0, |alpha| alpha[index]);
@@ -135,16 +168,38 @@ fn coc(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {
     (Box::new(pixel), legend)
 }
 
-/// Returns nothing where the lens has no focus.
-fn focus(map: &BlurMap) -> Option<(PixelColour<'_>, Vec<String>)> {
-    let focus = map.focus_per_m?;
-    let is_sharp = |index: usize| map.diameter_px[index] <= map.focused_px[index] + IN_FOCUS_PX;
+fn coc_px(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {
+    let pixel = move |index: usize, _, _| {
+        let diameter = map.diameter_px[index];
+        match map.side(index) {
+            Some(FocusSide::Front) => [-diameter; 3],
+            _ => [diameter; 3],
+        }
+    };
+    let legend = "R, G and B: diameter of the circle of confusion, px, negative in front of the focus; A is 1";
+    (Box::new(pixel), vec![legend.to_owned()])
+}
+
+fn focus_matte(map: &BlurMap, tolerance_px: f32) -> (PixelColour<'_>, Vec<String>) {
+    let pixel = move |index: usize, _, _| [f32::from(is_sharp(map, tolerance_px, index)); 3];
+    let legend = format!(
+        "R, G and B: 1 in focus, where circles of confusion are at most {tolerance_px} px wider than in the plane of focus; A is 1"
+    );
+    (Box::new(pixel), vec![legend])
+}
+
+fn is_sharp(map: &BlurMap, tolerance_px: f32, index: usize) -> bool {
+    map.diameter_px[index] <= map.focused_px[index] + tolerance_px
+}
+
+fn focus(map: &BlurMap, focus_per_m: f64, tolerance_px: f32) -> (PixelColour<'_>, Vec<String>) {
+    let is_sharp = move |index: usize| is_sharp(map, tolerance_px, index);
     let count = map.diameter_px.len();
     let sharp = (0..count).filter(|index| is_sharp(*index)).count();
     let legend = vec![
         format!(
-            "green: in focus, circles of confusion at most {IN_FOCUS_PX} px wider than in the plane of focus ({}); red: in front of it; blue: behind it",
-            distance_words(focus)
+            "green: in focus, circles of confusion at most {tolerance_px} px wider than in the plane of focus ({}); red: in front of it; blue: behind it",
+            distance_words(focus_per_m)
         ),
         format!(
             "{:.1} % of the pixels are in focus",
@@ -161,7 +216,7 @@ fn focus(map: &BlurMap) -> Option<(PixelColour<'_>, Vec<String>)> {
         let light = (own.iter().sum::<f32>() / 3.0).max(LEAST_LIGHT * coverage);
         std::array::from_fn(|k| (1.0 - TINT) * own[k] + TINT * light * GAIN * tint[k])
     };
-    Some((Box::new(pixel), legend))
+    (Box::new(pixel), legend)
 }
 
 fn slices(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {

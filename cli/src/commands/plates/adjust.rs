@@ -1,4 +1,4 @@
-//! Options that are more than one number: scales of single channels, and the offset of the optical axis.
+//! Options that are more than one number: scales of single channels, the offset of the optical axis, the pixel to focus on.
 
 use clap::Args;
 use seidel_core::{ChannelScale, ImagePoint, Settings};
@@ -6,7 +6,7 @@ use seidel_core::{ChannelScale, ImagePoint, Settings};
 use super::{SettingsRecord, setting};
 use crate::commands::parse_point;
 
-/// Options about single channels and the axis of the lens.
+/// Options about single channels, the axis of the lens and its focus.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Look")]
 pub(crate) struct AdjustArgs {
@@ -16,6 +16,11 @@ pub(crate) struct AdjustArgs {
     /// Offset of the optical axis in plate pixels, right and down: for plates cropped off centre
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
     axis_offset: Option<ImagePoint>,
+    /// Pixel to focus on, right and down from the corner of the display window: at the depth under it, by the depth pass
+    ///
+    /// It is the median over a disc of 3 px radius. In a table of --animate the columns focus-at.x and focus-at.y follow an object.
+    #[arg(long, help_heading = "Focus", value_name = "X,Y", value_parser = parse_point, conflicts_with = "focus-distance")]
+    pub(super) focus_at: Option<ImagePoint>,
 }
 
 fn parse_scale(text: &str) -> Result<ChannelScale, String> {

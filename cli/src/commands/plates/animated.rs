@@ -1,6 +1,6 @@
 //! Settings that an animation table changes by frame: every knob that is a number, scales of channels and the axis offset.
 
-use seidel_core::{ChannelScale, Knob, Settings, Unit};
+use seidel_core::{ChannelScale, ImagePoint, Knob, Settings, Unit};
 
 use super::look::LookArgs;
 use crate::commands::CommandError;
@@ -11,21 +11,33 @@ use seidel_image_io::error::FileError;
 /// The columns of the axis offset.
 const AXIS_OFFSET: [&str; 2] = ["axis-offset.x", "axis-offset.y"];
 
+/// The columns of the pixel to focus on.
+const FOCUS_AT: [&str; 2] = ["focus-at.x", "focus-at.y"];
+
 /// Prefix of the columns that scale the blur of a channel.
 const CHANNEL_PREFIX: &str = "channel-scale.";
 
-/// Rejects a table with a column that is not an option; `look` are those of the look, where the command has them.
+/// Rejects a table with a column that is not an option; `look` are those of the look, where the command has them, and
+/// `own` those of the command alone.
 pub(super) fn check_columns(
     table: &Animation,
     look: Option<&LookArgs>,
+    own: impl Iterator<Item = &'static Knob>,
 ) -> Result<(), CommandError> {
     look.map_or(Ok(()), |look| look.check_blades(table))?;
     let look = NewBlurKnobs::numbers().filter(|_| look.is_some());
     let knobs = (LensKnobs::numbers()
         .chain(PlateKnobs::numbers())
-        .chain(look))
+        .chain(look)
+        .chain(own))
     .map(|knob| knob.name);
-    let names: Vec<&str> = knobs.chain(AXIS_OFFSET).collect();
+    let names: Vec<&str> = knobs.chain(AXIS_OFFSET).chain(FOCUS_AT).collect();
+    let [x, y] = FOCUS_AT.map(|column| table.names().any(|name| name == column));
+    if x != y || (x && table.names().any(|name| name == "focus-distance")) {
+        let remedy = "give both, and no column focus-distance";
+        let problem = "state one focus together";
+        return Err(FileError::new(table.path(), FOCUS_AT.join(", "), problem, remedy).into());
+    }
     let is_known = |name: &&str| name.starts_with(CHANNEL_PREFIX) || names.contains(name);
     let Some(unknown) = table.names().find(|name| !is_known(name)) else {
         return Ok(());
@@ -65,6 +77,13 @@ fn interpolation(knob: &Knob) -> Interpolation {
         Some(number) if number.unit == Unit::Distance => Interpolation::Reciprocal,
         _ => Interpolation::Linear,
     }
+}
+
+/// Returns the pixel to focus on that `table` has for `frame`.
+pub(super) fn focus_point(table: &Animation, frame: i64) -> Option<ImagePoint> {
+    let value = |name: &str| table.value(name, frame, Interpolation::Linear);
+    let [x, y] = FOCUS_AT.map(value);
+    Some(ImagePoint::new(x?, y?))
 }
 
 /// Writes the scales of channels and the axis offset that `table` has for `frame` to `settings`.

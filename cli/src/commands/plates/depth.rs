@@ -115,7 +115,7 @@ impl DepthArgs {
         let along_ray = along_ray.map_or_else(|| "no".to_owned(), |focal| focal.to_string());
         vec![
             setting("depth", depth),
-            setting("depth-kind and unit", format!("{:?}", meaning.convention)),
+            setting("depth-kind and unit", convention_words(meaning.convention)),
             setting("along-ray", along_ray),
         ]
     }
@@ -132,6 +132,24 @@ impl DepthArgs {
             "fit it to sets at three or more distances, or leave out --depth",
         )
         .into())
+    }
+}
+
+/// Returns a convention in the words of the options.
+fn convention_words(convention: DepthConvention) -> String {
+    match convention {
+        DepthConvention::Distance { metres_per_unit } => {
+            format!("distance, {metres_per_unit} m a unit")
+        }
+        DepthConvention::Inverse { metres_per_unit } => {
+            format!("inverse, {metres_per_unit} m a unit")
+        }
+        DepthConvention::FarOne { near_m, far_m } => {
+            format!("far-one, near {near_m} m, far {far_m} m")
+        }
+        DepthConvention::FarZero { near_m, far_m } => {
+            format!("far-zero, near {near_m} m, far {far_m} m")
+        }
     }
 }
 
@@ -159,12 +177,14 @@ pub(super) fn name_note(channel: &str, meaning: DepthMeaning) -> Option<String> 
     Some(format!("{what}, by its name: {remedy}"))
 }
 
-/// Returns notes on the range of a depth pass and on its unusual pixels; each continues the name of the pass.
-pub(super) fn describe(reading: &DepthReading) -> Vec<String> {
+/// Returns notes on the range of a depth pass, of the first frame alone, and on its unusual pixels; each continues the name of
+/// the pass.
+pub(super) fn describe(reading: &DepthReading, order: FrameOrder) -> Vec<String> {
     let range = match reading.range_m {
         Some((near, far)) => format!("spans {near:.4} m to {far:.4} m"),
         None => "is at infinity everywhere".to_owned(),
     };
+    let range = Some(range).filter(|_| order == FrameOrder::First);
     let counts = [
         (reading.infinite, "pixels at infinity"),
         (
@@ -178,5 +198,5 @@ pub(super) fn describe(reading: &DepthReading) -> Vec<String> {
     ];
     let counts = counts.into_iter().filter(|(count, _)| *count > 0);
     let counts = counts.map(|(count, pixels)| format!("has {count} {pixels}"));
-    [range].into_iter().chain(counts).collect()
+    range.into_iter().chain(counts).collect()
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use clap::Args;
 use seidel_core::{
-    ErrorKind, Knob, KnobScope, LensProfile, LensScale, LensSession, ObjectDistance, Settings,
+    ErrorKind, ImagePoint, Knob, KnobScope, LensProfile, LensScale, LensSession, ObjectDistance,
+    RelensSide, Settings,
 };
 
 use super::adjust::{AdjustArgs, adjust_record, scaled_amount};
@@ -79,6 +80,12 @@ impl LensOptions {
         Ok(())
     }
 
+    /// Returns the pixel to focus on, from a `table` for a frame or the options.
+    pub(super) fn focus_point(&self, table: Option<(&Animation, i64)>) -> Option<ImagePoint> {
+        let animated = table.and_then(|(table, frame)| animated::focus_point(table, frame));
+        animated.or(self.adjust.focus_at)
+    }
+
     /// Writes the options with the values of `table` for `frame` to `settings`.
     pub(super) fn put_at_frame(
         &self,
@@ -93,20 +100,24 @@ impl LensOptions {
         Ok(())
     }
 
-    /// Sets the lens `measured`, read from the file `path`, to `settings`. Adds to `warnings`.
+    /// Sets the lens `measured`, read from the file `path`, to `settings`, of `side` if it is one of two lenses. Adds to
+    /// `warnings`.
     pub(super) fn set(
         &self,
         measured: &LensProfile,
         path: &Path,
         settings: &Settings,
+        side: Option<RelensSide>,
         warnings: &mut Vec<String>,
     ) -> Result<FrameLens, CommandError> {
+        let given = settings;
+        let settings = &side.map_or_else(|| given.clone(), |side| given.of_side(side));
         let drawing = self.drawing.set(measured, path, settings, warnings)?;
         let mut record = vec![
             setting("lens", short_name(path)),
             setting("psf", drawing.model.id()),
         ];
-        record.extend(knob_record(settings));
+        record.extend(knob_record(given));
         record.extend(adjust_record(settings));
         record.extend(look_record(settings));
         let mut settings = settings.clone();
@@ -130,8 +141,12 @@ impl LensOptions {
 
 /// Returns the knobs of the lens in `settings` by name.
 fn knob_record(settings: &Settings) -> impl Iterator<Item = (String, String)> {
-    let knobs =
-        Knob::all().filter(|knob| matches!(knob.scope, KnobScope::Lens | KnobScope::Plates));
+    let is_recorded = |knob: &&Knob| match knob.scope {
+        KnobScope::Lens | KnobScope::Plates => true,
+        KnobScope::Relens => (knob.number()).is_some_and(|number| (number.get)(settings).is_some()),
+        _ => false,
+    };
+    let knobs = Knob::all().filter(is_recorded);
     // Both stand for one setting.
     let knobs = knobs.filter(|knob| knob.name != "film-back-mm");
     knobs.map(|knob| match settings.lens_scale {

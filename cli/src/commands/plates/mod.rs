@@ -30,7 +30,7 @@ pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of, unrepresentabl
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
 pub(crate) use look::LookArgs;
-pub(crate) use reader::{LoadedPlate, LookUse, PlateReader};
+pub(crate) use reader::{LensUse, LoadedPlate, PlateReader};
 pub(crate) use run::{Run, RunArgs};
 pub(crate) use shot_lens::LENS_METADATA;
 pub(crate) use side_inputs::{SideInputs, channel_parser};

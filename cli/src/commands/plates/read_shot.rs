@@ -156,6 +156,7 @@ impl PlateReader<'_> {
         other: &Self,
         console: &mut Console,
     ) -> Result<(), CommandError> {
+        self.single = other.single;
         if self.args.lens.metadata.source.is_none() {
             return Ok(());
         }

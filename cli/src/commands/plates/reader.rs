@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, Verdict};
 use seidel_core::{
-    DepthMeaning, Image, LensProfile, LensScale, LensSession, PlateGeometry, PreparedPlate,
-    Settings,
+    DepthMeaning, Image, LensProfile, LensScale, LensSession, ObjectDistance, PlateGeometry,
+    PreparedDepth, PreparedPlate, RelensSide, Settings,
 };
 
-use super::animated::check_columns;
+use super::animated::{self, check_columns};
 use super::colour::{ColourPipeline, PlateColour};
 use super::depth::FrameOrder;
 use super::frame_lens::FrameLens;
@@ -19,12 +19,14 @@ use super::shot_lens::{LENS_METADATA, SINGLE, ShotLens};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
 use crate::commands::CommandError;
+use crate::commands::knobs::{ApplyKnobs, RelensKnobs};
 use seidel_core::Rectangle;
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::exr::ViewChoice;
 use seidel_image_io::lens_profile;
 use seidel_image_io::plate::PlateFile;
+use seidel_image_io::sequence::number_in_name;
 use seidel_image_io::windows::ImageWindows;
 
 /// A reader of the plates of a run, which prepares them for the lens of their frame.
@@ -35,11 +37,12 @@ pub(crate) struct PlateReader<'a> {
     lens_file: &'a Path,
     /// The settings of frames that no table changes.
     base: Settings,
-    /// The options of the look, where the command has them for this lens.
-    look: Option<&'a LookArgs>,
+    lens_use: LensUse<'a>,
     /// The lens of frames that no table changes.
     lens: FrameLens,
     animation: Option<Animation>,
+    /// Number in the name of a plate that is rendered by itself, for the animation.
+    pub(super) single: Option<i64>,
     /// The lens that the shot states, if its use was requested.
     pub(super) shot: Option<ShotLens>,
     /// Conversion of colours, if one is requested.
@@ -48,14 +51,42 @@ pub(crate) struct PlateReader<'a> {
     pub(super) depth_meaning: DepthMeaning,
 }
 
-/// The lens that the options of the look change.
-pub(crate) enum LookUse<'a> {
-    /// The lens that the reader sets.
-    ThisLens(&'a LookArgs),
-    /// The other lens of the command.
-    OtherLens(&'a LookArgs),
-    /// The command has no options of the look.
-    None,
+/// The use of a lens, with the options that a command has for it.
+#[derive(Clone, Copy)]
+pub(crate) enum LensUse<'a> {
+    /// Plates get its blur.
+    Apply(&'a LookArgs, &'a ApplyKnobs),
+    /// Its blur is removed.
+    Remove,
+    /// It is one of the two lenses of `relens`. The look is that of the new one.
+    Relens(RelensSide, &'a LookArgs, &'a RelensKnobs),
+}
+
+impl<'a> LensUse<'a> {
+    /// Returns the side of the lens, if there are two.
+    fn side(self) -> Option<RelensSide> {
+        match self {
+            Self::Relens(side, ..) => Some(side),
+            Self::Apply(..) | Self::Remove => None,
+        }
+    }
+
+    /// Returns the options of the look, if they change the lens.
+    fn look(self) -> Option<&'a LookArgs> {
+        match self {
+            Self::Apply(look, _) | Self::Relens(RelensSide::To, look, _) => Some(look),
+            Self::Remove | Self::Relens(RelensSide::From, ..) => None,
+        }
+    }
+
+    /// Rejects a table with a column that the command does not have.
+    fn check_columns(self, table: &Animation) -> Result<(), CommandError> {
+        match self {
+            Self::Apply(look, _) => check_columns(table, Some(look), ApplyKnobs::numbers()),
+            Self::Remove => check_columns(table, None, std::iter::empty()),
+            Self::Relens(_, look, _) => check_columns(table, Some(look), RelensKnobs::numbers()),
+        }
+    }
 }
 
 /// A plate in memory, prepared for its lens.
@@ -63,6 +94,8 @@ pub(crate) struct LoadedPlate {
     pub(crate) lens: FrameLens,
     pub(crate) plate: PlateFile,
     pub(crate) prepared: PreparedPlate,
+    /// The distance picked in the plate, which the lens is focused at.
+    pub(crate) focused_at: Option<ObjectDistance>,
     /// The data window of the file, if the plate was expanded.
     pub(crate) own_window: Option<Rectangle>,
     colour: Option<PlateColour>,
@@ -70,7 +103,7 @@ pub(crate) struct LoadedPlate {
 }
 
 impl<'a> PlateReader<'a> {
-    /// Reads the profile `lens_file` and sets the lens by `args` and `look`; prints warnings. `base` has the settings that are
+    /// Reads the profile `lens_file` and sets the lens by `args` and `lens_use`; prints warnings. `base` has the settings that are
     /// not about the lens.
     ///
     /// # Errors
@@ -79,18 +112,13 @@ impl<'a> PlateReader<'a> {
     pub(crate) fn open(
         lens_file: &'a Path,
         args: &'a PlateCommandArgs,
-        look: LookUse<'a>,
+        lens_use: LensUse<'a>,
         mut base: Settings,
         console: &mut Console,
     ) -> Result<Self, CommandError> {
-        let (look, columns) = match look {
-            LookUse::ThisLens(look) => {
-                look.put(&mut base)?;
-                (Some(look), Some(look))
-            }
-            LookUse::OtherLens(look) => (None, Some(look)),
-            LookUse::None => (None, None),
-        };
+        if let Some(look) = lens_use.look() {
+            look.put(&mut base)?;
+        }
         args.plate.check_output(&args.output)?;
         let mut warnings = Vec::new();
         let measured = lens_profile::read(lens_file)?;
@@ -101,11 +129,11 @@ impl<'a> PlateReader<'a> {
         let options = &args.lens.options;
         options.put(&mut base)?;
         check_film_back(&base, &measured, lens_file)?;
-        let lens = options.set(&measured, lens_file, &base, &mut warnings)?;
+        let lens = options.set(&measured, lens_file, &base, lens_use.side(), &mut warnings)?;
         let animation = args.lens.animate.as_deref();
         let animation = animation.map(Animation::open).transpose()?;
         if let Some(table) = &animation {
-            check_columns(table, columns)?;
+            lens_use.check_columns(table)?;
         }
         let depth_meaning = args.depth.meaning()?;
         (args.depth).check_lens(lens.session.lens(), lens_file)?;
@@ -119,9 +147,10 @@ impl<'a> PlateReader<'a> {
             measured,
             lens_file,
             base,
-            look,
+            lens_use,
             lens,
             animation,
+            single: None,
             shot: None,
             colour,
             depth_meaning,
@@ -134,16 +163,19 @@ impl<'a> PlateReader<'a> {
         table.flat_map(Animation::names).any(|own| own == name)
     }
 
-    /// Rejects an animation table if `run` is not a sequence, and reads the lens that its plates or a table beside them state, if
+    /// Finds the frame of an animation table for a single plate, and reads the lens that its plates or a table beside them state, if
     /// that was requested. Prints notes on the values, or on those that the plates state and nobody requested.
     ///
     /// # Errors
     /// Values that cannot be true, and plates and tables that state none.
     pub(crate) fn begin(&mut self, run: &Run, console: &mut Console) -> Result<(), CommandError> {
         if self.animation.is_some() && !run.is_sequence() {
-            return Err(CommandError::Usage(
-                "--animate needs frames: give IN and OUT a frame pattern, and --frames".to_owned(),
-            ));
+            self.single = number_in_name(&self.args.input);
+            if self.single.is_none() {
+                let problem = "has no frame number in its name, which --animate needs";
+                let remedy = "give IN and OUT a frame pattern, or name the plate as plate.1001.exr";
+                return Err(FileError::new(&self.args.input, "", problem, remedy).into());
+            }
         }
         if self.args.lens.metadata.source.is_none() {
             self.unused_knowledge(run)
@@ -168,22 +200,23 @@ impl<'a> PlateReader<'a> {
         if let Some(shot) = shot.as_ref().filter(|shot| shot.table.is_constant()) {
             options.put_at_frame(&shot.table, SINGLE, &mut self.base)?;
         }
-        self.lens = options.set(&self.measured, self.lens_file, &self.base, notes)?;
+        self.lens = self.set(&self.base, notes)?;
         self.shot = shot;
         Ok(())
     }
 
-    /// Returns the lens of frame `number`. Adds to `warnings`.
+    /// Returns the lens of frame `number`, focused at the distance that was picked in its plate, if any. Adds to `warnings`.
     pub(crate) fn frame_lens(
         &self,
         number: Option<i64>,
+        focused_at: Option<ObjectDistance>,
         warnings: &mut Vec<String>,
     ) -> Result<FrameLens, CommandError> {
         let shot = self.shot.as_ref().map(|shot| &shot.table);
         // A constant one is among the settings of all frames.
         let shot = shot.filter(|table| !table.is_constant());
-        let animation = self.animation.as_ref().zip(number);
-        if shot.is_none() && animation.is_none() {
+        let animation = self.animation.as_ref().zip(number.or(self.single));
+        if shot.is_none() && animation.is_none() && focused_at.is_none() {
             return Ok(self.lens.clone());
         }
         let options = &self.args.lens.options;
@@ -193,11 +226,33 @@ impl<'a> PlateReader<'a> {
         }
         if let Some((table, number)) = animation {
             options.put_at_frame(table, number, &mut settings)?;
-            if let Some(look) = self.look {
+            if let Some(look) = self.lens_use.look() {
                 look.put_at_frame(table, number, &mut settings)?;
             }
+            match self.lens_use {
+                LensUse::Apply(_, knobs) => {
+                    animated::at_frame(knobs, table, number)?.put(&mut settings)?;
+                }
+                LensUse::Relens(_, _, sides) => {
+                    animated::at_frame(sides, table, number)?.put(&mut settings)?;
+                }
+                LensUse::Remove => {}
+            }
         }
-        options.set(&self.measured, self.lens_file, &settings, warnings)
+        if let Some(focus) = focused_at {
+            settings.controls.focus_distance = Some(focus);
+        }
+        self.set(&settings, warnings)
+    }
+
+    /// Sets the lens to `settings`. Adds to `warnings`.
+    fn set(
+        &self,
+        settings: &Settings,
+        warnings: &mut Vec<String>,
+    ) -> Result<FrameLens, CommandError> {
+        let (options, side) = (&self.args.lens.options, self.lens_use.side());
+        options.set(&self.measured, self.lens_file, settings, side, warnings)
     }
 
     /// Returns the lens profile, and the settings of frames that no table changes.
@@ -207,7 +262,7 @@ impl<'a> PlateReader<'a> {
 
     /// Returns look and bloom of frame `number` by name, as far as they change the lens or the plate.
     pub(crate) fn look_record(&self, number: Option<i64>) -> Result<SettingsRecord, CommandError> {
-        let lens = self.frame_lens(number, &mut Vec::new())?;
+        let lens = self.frame_lens(number, None, &mut Vec::new())?;
         Ok(look_record(lens.session.settings()))
     }
 
@@ -257,7 +312,7 @@ impl<'a> PlateReader<'a> {
             warnings.extend(plate.ignored_colour_space_warning());
         }
         let image = (self.args.plate).image(&plate, colour.as_ref(), &mut warnings)?;
-        let lens = self.frame_lens(frame.number, &mut warnings)?;
+        let mut lens = self.frame_lens(frame.number, None, &mut warnings)?;
         let geometry = self.geometry(&plate, &lens)?;
         let (depth, source) = self.read_depth(
             &plate,
@@ -267,6 +322,17 @@ impl<'a> PlateReader<'a> {
             order,
             &mut warnings,
         )?;
+        let focused_at = self.picked_distance(&plate, &depth, frame.number)?;
+        if let Some(distance) = focused_at {
+            lens = self.frame_lens(frame.number, focused_at, &mut warnings)?;
+            if order == FrameOrder::First {
+                let place = match distance {
+                    ObjectDistance::Metres(metres) => format!("{metres:.3} m"),
+                    other => other.to_string(),
+                };
+                warnings.push(format!("focused at {place}, which --focus-at picks"));
+            }
+        }
         let prepared = lens.session.prepare_parts(image, geometry, depth, None);
         let prepared = prepared.map_err(|e| FileError::from_core(plate.path(), e))?;
         if order == FrameOrder::First {
@@ -284,9 +350,48 @@ impl<'a> PlateReader<'a> {
             plate,
             prepared,
             own_window: None,
+            focused_at,
             colour,
             warnings,
         })
+    }
+
+    /// Returns the distance of what `plate` shows at the pixel to focus on, if one is given.
+    ///
+    /// # Errors
+    /// A pixel beside the plate, and a plate without distance there.
+    fn picked_distance(
+        &self,
+        plate: &PlateFile,
+        depth: &PreparedDepth,
+        number: Option<i64>,
+    ) -> Result<Option<ObjectDistance>, CommandError> {
+        let table = self.animation.as_ref().zip(number.or(self.single));
+        let Some(at) = self.args.lens.options.focus_point(table) else {
+            return Ok(None);
+        };
+        let place = format!("--focus-at {},{}", at.x_px, at.y_px);
+        let (display, data) = (plate.display_window(), plate.data_window());
+        let cell = |at: f64, display: i32, data: i32, size: usize| {
+            let cell = at.floor() + f64::from(display) - f64::from(data);
+            (0.0..size as f64).contains(&cell).then_some(cell as usize)
+        };
+        let column = cell(at.x_px, display.x, data.x, data.width);
+        let row = cell(at.y_px, display.y, data.y, data.height);
+        let (Some(column), Some(row)) = (column, row) else {
+            let problem = format!("lies beside the plate, which has the pixels {data}");
+            let remedy =
+                "give pixels right and down from the top-left corner of the display window";
+            return Err(FileError::new(plate.path(), place, problem, remedy).into());
+        };
+        match depth.distance_at(column, row, data.width) {
+            ObjectDistance::Unknown => {
+                let remedy = "give --depth FILE, or --focus-distance METRES instead";
+                let problem = "has no distance there to focus on";
+                Err(FileError::new(plate.path(), place, problem, remedy).into())
+            }
+            distance => Ok(Some(distance)),
+        }
     }
 
     /// Reads the `file` of another image of the frame of `loaded`, over the data window of its plate. Adds warnings to the
@@ -448,6 +553,16 @@ impl LoadedPlate {
             return Ok(());
         }
         self.put_planes(target, self.prepared.planes().to_vec())
+    }
+
+    /// Puts `planes` that are numbers, not light, into `target`: no colour space applies to them.
+    pub(crate) fn put_numbers(
+        &self,
+        target: &mut PlateFile,
+        planes: Vec<Vec<f32>>,
+    ) -> Result<(), CommandError> {
+        let image = self.prepared.to_image(planes);
+        put_image(target, image.map_err(|e| self.in_file(e))?, None)
     }
 
     /// Puts premultiplied `planes` over the data window of `target` into it, with the alpha relation and colour space of

@@ -8,7 +8,7 @@ use super::frames::FrameFiles;
 use crate::Console;
 use seidel_image_io::description::Description;
 use seidel_image_io::error::FileError;
-use seidel_image_io::provenance::Provenance;
+use seidel_image_io::provenance::{CommandChange, Provenance};
 
 /// The outputs of a frame before a run.
 enum FrameState {
@@ -96,11 +96,19 @@ fn difference(
         );
         return Some(reason);
     }
-    match provenance.is_other_command(frame, texts) {
-        None => Some("does not say what made it".to_owned()),
-        Some(true) => Some("was made with other options".to_owned()),
-        Some(false) => None,
-    }
+    let Some(change) = provenance.command_change(frame, texts) else {
+        return Some("does not say what made it".to_owned());
+    };
+    let CommandChange::Options { before, now } = change else {
+        return None;
+    };
+    let which = match (before.as_str(), now.as_str()) {
+        ("", "") => ": in another order".to_owned(),
+        ("", now) => format!(": now also {now}"),
+        (before, "") => format!(": {before}"),
+        (before, now) => format!(": {before}, now {now}"),
+    };
+    Some(format!("was made with other options{which}"))
 }
 
 /// Returns the provenance of an image file. That of OpenEXR files is read without their pixels.

@@ -16,13 +16,13 @@ use crate::Console;
 use crate::commands::{CommandError, parse_threads, thread_pool};
 use crate::progress::{ProgressArgs, ProgressBar};
 use seidel_image_io::provenance::{Provenance, ProvenancePaths};
-use seidel_image_io::sequence::{FramePattern, expand_frames};
+use seidel_image_io::sequence::{FramePattern, expand_frames, gaps};
 
 /// Options about frames, threads, memory and provenance.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
-    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100, 1-9x2 or -3-3
+    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100, 1-9x2 or -3-3; all frames of IN on disk if omitted
     #[arg(long, allow_hyphen_values = true)]
     frames: Option<String>,
     /// Number of threads; all cores if omitted
@@ -82,6 +82,17 @@ impl RunArgs {
         console: &mut Console,
     ) -> Result<Run, CommandError> {
         let mut frames = self.expand(files)?;
+        if self.frames.is_none() {
+            let numbers: Vec<i64> = frames.iter().filter_map(|frame| frame.number).collect();
+            if let (Some(first), Some(last)) = (numbers.first(), numbers.last()) {
+                let missing = gaps(&numbers);
+                let missing = missing.map_or_else(String::new, |gaps| format!("; missing: {gaps}"));
+                let count = numbers.len();
+                console.note(format!(
+                    "{count} frames on disk, {first} to {last}{missing}"
+                ));
+            }
+        }
         let mut provenance = Provenance::new(command_line);
         for (role, path) in &files.lenses {
             provenance = provenance.with_file(role, path)?;

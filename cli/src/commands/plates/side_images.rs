@@ -1,4 +1,4 @@
-//! The images read beside a plate: its depth, holdout and background.
+//! The images read beside a plate: its depth, holdout, mask and background.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -15,6 +15,13 @@ use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 use seidel_image_io::plate::PlateFile;
+
+/// A matte over the data window of a plate.
+struct Matte {
+    samples: Vec<f32>,
+    /// The place of its samples in the file, for errors.
+    channel: String,
+}
 
 /// The place of a depth pass.
 pub(super) struct DepthSource {
@@ -65,7 +72,7 @@ impl PlateReader<'_> {
             channel: pass.channel,
         };
         let depth = depth.map_err(|e| source.error(e))?;
-        let notes = depth.reading().map_or_else(Vec::new, describe);
+        let notes = (depth.reading()).map_or_else(Vec::new, |reading| describe(reading, order));
         warnings.extend(notes.into_iter().map(|note| source.note(note)));
         Ok((depth, Some(source)))
     }
@@ -85,7 +92,7 @@ impl PlateReader<'_> {
         Ok(notes.map(|note| source.note(note)).collect())
     }
 
-    /// Reads holdout and background from `files` and adds them to the plate `loaded`, warnings included.
+    /// Reads holdout, mask and background from `files` and adds them to the plate `loaded`, warnings included.
     ///
     /// # Errors
     /// A matte that is not one, a background of another frame or without depth, and a background of a plate at one distance.
@@ -97,10 +104,30 @@ impl PlateReader<'_> {
         if let Some(matte) = &files.holdout {
             self.add_holdout(matte, files.holdout_depth.as_ref(), loaded)?;
         }
+        if let Some(mask) = &files.mask {
+            let matte = self.read_matte(mask, loaded)?;
+            let added = loaded.prepared.set_mask(matte.samples);
+            added.map_err(|e| FileError::from_core(&mask.file, e.within(&matte.channel)))?;
+        }
         if let Some(file) = &files.background {
             self.add_background(file, files.background_depth.as_ref(), loaded)?;
         }
         Ok(())
+    }
+
+    /// Reads a matte over the data window of the plate `loaded`. Adds to its warnings.
+    fn read_matte(
+        &self,
+        matte: &ChannelSpec,
+        loaded: &mut LoadedPlate,
+    ) -> Result<Matte, CommandError> {
+        let image = ImageChannel::read_matte(&matte.file, matte.channel.as_deref())?;
+        let fitted = image.fit_to(loaded.plate.windows())?;
+        loaded.warnings.extend(fitted.warning);
+        Ok(Matte {
+            samples: fitted.samples,
+            channel: format!("channel {}", image.channel),
+        })
     }
 
     fn add_holdout(
@@ -109,16 +136,13 @@ impl PlateReader<'_> {
         depth: Option<&ChannelSpec>,
         loaded: &mut LoadedPlate,
     ) -> Result<(), CommandError> {
-        let image = ImageChannel::read_matte(&matte.file, matte.channel.as_deref())?;
-        let fitted = image.fit_to(loaded.plate.windows())?;
-        loaded.warnings.extend(fitted.warning);
+        let Matte { samples, channel } = self.read_matte(matte, loaded)?;
         let mut holdout = HoldoutMatte {
-            samples: fitted.samples,
+            samples,
             depth: None,
         };
-        let place = format!("channel {}", image.channel);
         (holdout.check(loaded.plate.width()))
-            .map_err(|e| FileError::from_core(&matte.file, e.within(&place)))?;
+            .map_err(|e| FileError::from_core(&matte.file, e.within(&channel)))?;
         if let Some(depth) = depth {
             let pass = (loaded.plate).read_depth(&depth.file, depth.channel.as_deref())?;
             holdout.depth = Some(self.fit_pass(&pass, &loaded.plate, &mut loaded.warnings)?);

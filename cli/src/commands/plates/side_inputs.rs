@@ -13,6 +13,8 @@ pub(crate) struct SideInputs {
     /// Matte of an object that will be merged in front.
     pub(crate) holdout: Option<ChannelSpec>,
     pub(crate) holdout_depth: Option<ChannelSpec>,
+    /// Weight of the blurred plate against its own pixels.
+    pub(crate) mask: Option<ChannelSpec>,
     /// The plate without its foreground.
     pub(crate) background: Option<PathBuf>,
     pub(crate) background_depth: Option<ChannelSpec>,
@@ -30,6 +32,7 @@ impl SideInputs {
             file(&mut self.depth),
             file(&mut self.holdout),
             file(&mut self.holdout_depth),
+            file(&mut self.mask),
             self.background.as_mut(),
             file(&mut self.background_depth),
             self.residual.as_mut(),
@@ -69,6 +72,7 @@ mod tests {
             depth: channel(),
             holdout: channel(),
             holdout_depth: channel(),
+            mask: channel(),
             background: path(),
             background_depth: channel(),
             residual: path(),

@@ -63,7 +63,8 @@ impl ViewWork for Job<'_> {
     ) -> Result<FinishedFrame, CommandError> {
         let mut plate = loaded.plate.clone();
         let number = self.removal.frame(index).number;
-        let to = self.to.frame_lens(number, &mut Vec::new())?.session;
+        let to = (self.to).frame_lens(number, loaded.focused_at, &mut Vec::new())?;
+        let to = to.session;
         if loaded.is_neutral() {
             loaded.put_unchanged(&mut plate)?;
             (loaded.warnings).push("at --amount 0 the plate stays as it is".into());

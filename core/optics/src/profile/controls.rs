@@ -40,6 +40,17 @@ impl Controls {
         *self == Self::default()
     }
 
+    /// Returns these controls, with those of `other` where they keep the measured value.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            focal_length_mm: self.focal_length_mm.or(other.focal_length_mm),
+            focus_distance: self.focus_distance.or(other.focus_distance),
+            f_number: self.f_number.or(other.f_number),
+            sensor_shift_um: self.sensor_shift_um.or(other.sensor_shift_um),
+        }
+    }
+
     /// Returns the settings in words, for provenance.
     fn describe(&self) -> String {
         let parts = [

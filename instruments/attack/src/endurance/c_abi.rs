@@ -148,6 +148,7 @@ fn call(lens: Handle, variant: usize) -> Outcome {
         matte: null(),
         matte_depth: null(),
         alphas: null(),
+        mask: null(),
     };
     let settings = settings(variant);
     // SAFETY: the images have the stated sizes, and all pointers are null or valid for the call.

@@ -132,6 +132,7 @@ impl Scene {
             matte: null(),
             matte_depth: null(),
             alphas: null(),
+            mask: null(),
         }
     }
 
