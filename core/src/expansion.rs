@@ -6,6 +6,7 @@ use crate::margins::Margins;
 use crate::prepared::PreparedPlate;
 use crate::settings::Expand;
 use seidel_optics::Rectangle;
+use seidel_render::RenderWindow;
 
 /// Samples below this share of the brightest light are not worth a larger data window: less than half floats resolve beside it.
 const NEGLIGIBLE_SHARE: f32 = 1e-6;
@@ -112,23 +113,12 @@ impl PreparedPlate {
 
 /// Returns the smallest window with all samples of `planes`, `width` columns wide, whose magnitude is above `limit`.
 fn lit_window(planes: &[Vec<f32>], width: usize, limit: f32) -> Option<Rectangle> {
-    let is_lit = |v: &f32| v.abs() > limit;
-    let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
-    for plane in planes {
-        for (row, line) in plane.chunks_exact(width.max(1)).enumerate() {
-            let Some(first) = line.iter().position(is_lit) else {
-                continue;
-            };
-            let last = line.iter().rposition(is_lit).unwrap_or(first);
-            (left, right) = (left.min(first), right.max(last));
-            (top, bottom) = (top.min(row), bottom.max(row));
-        }
-    }
-    (left != usize::MAX).then(|| Rectangle {
-        x: left as i32,
-        y: top as i32,
-        width: right - left + 1,
-        height: bottom - top + 1,
+    let planes = planes.iter().map(Vec::as_slice);
+    RenderWindow::of_light(planes, width, limit).map(|lit| Rectangle {
+        x: lit.column as i32,
+        y: lit.row as i32,
+        width: lit.width,
+        height: lit.height,
     })
 }
 

@@ -29,6 +29,8 @@ pub struct PlatePlacement {
     pub height: usize,
     /// Width of a pixel over its height in the scene.
     pub pixel_aspect: f64,
+    /// Size and map of the plate before it was expanded.
+    pub extent: PlateExtent,
     /// Width of a pixel over its height on the sensor; less than [`Self::pixel_aspect`] by the squeeze of the lens.
     pub sensor_aspect: f64,
 }
@@ -78,10 +80,12 @@ impl PlatePlacement {
             ),
             scale,
         };
+        let (width, height) = (data.width, data.height);
         Ok(Self {
             map,
-            width: data.width,
-            height: data.height,
+            width,
+            height,
+            extent: PlateExtent { map, width, height },
             pixel_aspect: sensor_aspect * squeeze,
             sensor_aspect,
         })
@@ -96,15 +100,6 @@ impl PlatePlacement {
         let frame = lens.frame;
         let of_frame = f64::from(frame.width_px()).hypot(f64::from(frame.height_px()));
         (width * self.sensor_aspect).hypot(height) / self.map.scale / of_frame
-    }
-
-    /// Size and map of the plate.
-    pub fn extent(&self) -> PlateExtent {
-        PlateExtent {
-            map: self.map,
-            width: self.width,
-            height: self.height,
-        }
     }
 
     /// Returns where the optical axis of `frame`, moved by `offset_px` plate pixels, meets the plate, in plate pixels from

@@ -236,7 +236,10 @@ impl PreparedPlate {
         };
         Ok(Self {
             session: Arc::clone(&self.session),
-            placement: self.session.place(&geometry)?,
+            placement: PlatePlacement {
+                extent: self.placement.extent,
+                ..self.session.place(&geometry)?
+            },
             planes: self.planes.padded(margins),
             weights: self.weights.clone(),
             depth: self.depth.padded(margins, width),
@@ -451,6 +454,7 @@ impl PreparedPlate {
                     blur_inside: occlusion.blur_inside,
                     holdout,
                     background,
+                    own: self.own,
                     light_planes: Some(self.colour_count()),
                 });
                 let edges = self.edges();

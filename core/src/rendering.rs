@@ -3,8 +3,8 @@
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 use seidel_render::{
-    EdgeReplicatingRenderer, LayeredRenderer, MirroringRenderer, Occlusion, Plane, RenderWindow,
-    Rendered, Renderer, Scene,
+    EdgeReplicatingRenderer, LayeredRenderer, LightBeyond, MirroringRenderer, Occlusion, Plane,
+    RenderWindow, Rendered, Renderer, Scene, VergencePass,
 };
 
 use crate::settings::{Edges, Quality};
@@ -37,15 +37,20 @@ impl Rendering<'_> {
             inner: self.renderer,
             settings,
         });
-        let replicating = EdgeReplicatingRenderer {
+        let replicating = |light| EdgeReplicatingRenderer {
+            light,
             inner: self.renderer,
             occlusion: self.occlusion,
         };
+        let repeated = replicating(LightBeyond::Nearest);
+        let black = replicating(LightBeyond::Black);
         let mirroring = MirroringRenderer {
             inner: self.renderer,
         };
+        let depth_varies = matches!(self.scene.vergence, VergencePass::PerPixel(_));
         let renderer: &dyn Renderer = match (self.edges, &layered) {
-            (Edges::Extend, _) => &replicating,
+            (Edges::Extend, _) => &repeated,
+            (Edges::Black, Some(_)) if depth_varies => &black,
             (Edges::Mirror | Edges::Black, Some(layered)) => layered,
             (Edges::Mirror, None) => &mirroring,
             (Edges::Black, None) => self.renderer,
@@ -59,7 +64,7 @@ impl Rendering<'_> {
         });
         let mut rendered = renderer.render_window(self.scene, self.planes, window, progress)?;
         for (out, plane) in rendered.planes.iter_mut().zip(self.planes) {
-            remove_undershoot(plane.samples, width, out, window, self.quality);
+            remove_undershoot(self.scene, plane.samples, out, window, self.quality);
         }
         Ok(rendered)
     }

@@ -217,7 +217,7 @@ impl LensSession {
         let focus_remap = if self.focus.is_neutral() {
             None
         } else {
-            Some(FocusRemap::new(lens, placement.extent(), &self.focus)?)
+            Some(FocusRemap::new(lens, placement.extent, &self.focus)?)
         };
         let refocused = refocus(focus_remap.as_ref(), vergence);
         then(&PlateOptics {

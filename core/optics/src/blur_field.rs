@@ -21,6 +21,16 @@ pub trait BlurField: Sync {
     /// May panic if `channel` is not below [`BlurField::channel_count`].
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur;
 
+    /// Returns the blur of the lens itself: [`BlurField::blur_at`], but for a lens that was clamped to a part of its frame.
+    fn unclamped_blur_at(
+        &self,
+        channel: usize,
+        at: FieldPoint,
+        vergence_per_m: f64,
+    ) -> DisplacedBlur {
+        self.blur_at(channel, at, vergence_per_m)
+    }
+
     /// The tone curve of the sensor in `channel`, the same over the whole frame.
     ///
     /// Renderers work on linear light and do not apply it; [`apply_tone`] does.

@@ -48,6 +48,15 @@ impl BlurField for ClampedLens<'_> {
         self.lens.blur_at(channel, at, vergence_per_m)
     }
 
+    fn unclamped_blur_at(
+        &self,
+        channel: usize,
+        at: FieldPoint,
+        vergence_per_m: f64,
+    ) -> DisplacedBlur {
+        self.lens.unclamped_blur_at(channel, at, vergence_per_m)
+    }
+
     fn tone(&self, channel: usize) -> Tone {
         self.lens.tone(channel)
     }

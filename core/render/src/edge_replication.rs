@@ -1,18 +1,30 @@
-//! A renderer that replicates the plate's edge pixels beyond its edges.
+//! A renderer for which the plate goes on beyond its edges with the depth and the blur of its edge pixels.
 
 use crate::{
-    Background, ClampedLens, Edges, Holdout, LayeredRenderer, Occlusion, Plane, RenderWindow,
-    Rendered, Renderer, Scene, VergencePass,
+    Background, ClampedLens, Edges, Holdout, LayeredRenderer, Occlusion, Plane, RenderStatistics,
+    RenderWindow, Rendered, Renderer, Scene, VergencePass,
 };
 use rayon::prelude::*;
 use seidel_optics::error::Result;
+use std::ops::Range;
 
-/// A renderer for which every pixel beyond an edge repeats the nearest one on the plate: its light, depth and blur.
+/// The light beyond the edges of a plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightBeyond {
+    /// That of the nearest pixel. An even plate stays as even at its edges as in the middle. The sum of light is not kept: incoming
+    /// light replaces what leaves.
+    Nearest,
+    /// None.
+    Black,
+}
+
+/// A renderer for which every pixel beyond an edge repeats the nearest one on the plate: its depth, its blur and, on request, its light.
 ///
-/// An even plate stays as even at its edges as in the middle. The sum of light is not kept: incoming light replaces
-/// what leaves. The scene's own [`Edges`] are ignored.
+/// The scene's own [`Edges`] are ignored.
 #[derive(Clone, Copy)]
 pub struct EdgeReplicatingRenderer<'r> {
+    /// Light beyond the edges.
+    pub light: LightBeyond,
     /// The renderer of the plate with its margin, or of its depth layers.
     pub inner: &'r dyn Renderer,
     /// Occlusion, by layers around `inner`. Its holdout and its background repeat their edge pixels too.
@@ -40,11 +52,12 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
         if let Some(occlusion) = &self.occlusion {
             occlusion.check(scene, planes.len())?;
         }
-        let margin = Margin::new(scene);
-        let samples: Vec<Vec<f32>> = planes
-            .par_iter()
-            .map(|plane| margin.padded(plane.samples))
-            .collect();
+        let margin = Margin::new(self, scene, planes);
+        let padded_light = |plane: &Plane| match self.light {
+            LightBeyond::Nearest => margin.padded(plane.samples, |light| light),
+            LightBeyond::Black => margin.padded(plane.samples, |_| 0.0),
+        };
+        let samples: Vec<Vec<f32>> = planes.par_iter().map(padded_light).collect();
         let planes: Vec<Plane> = samples
             .iter()
             .zip(planes)
@@ -55,14 +68,14 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
             .collect();
         let pass = match scene.vergence {
             VergencePass::Constant(_) => Vec::new(),
-            VergencePass::PerPixel(pass) => margin.padded(pass),
+            VergencePass::PerPixel(pass) => margin.padded(pass, |vergence| vergence),
         };
         let lens = ClampedLens::new(scene, RenderWindow::whole(scene));
         let padded = Scene {
             lens: &lens,
-            width: scene.width + 2 * margin.x,
-            height: scene.height + 2 * margin.y,
-            map: scene.map.moved(-(margin.x as f64), -(margin.y as f64)),
+            width: margin.columns().count(),
+            height: margin.rows().count(),
+            map: scene.map.moved(-(margin.left as f64), -(margin.top as f64)),
             vergence: match scene.vergence {
                 VergencePass::Constant(vergence) => VergencePass::Constant(vergence),
                 VergencePass::PerPixel(_) => VergencePass::PerPixel(&pass),
@@ -70,21 +83,34 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
             edges: Edges::Black,
             ..*scene
         };
-        let window = RenderWindow {
-            column: window.column + margin.x,
-            row: window.row + margin.y,
-            ..window
+        let Some((part, place)) = margin.part_of(window) else {
+            return Ok(Rendered {
+                planes: vec![vec![0.0; window.width * window.height]; planes.len()],
+                statistics: RenderStatistics::default(),
+            });
         };
         let Some(settings) = self.occlusion else {
-            return self.inner.render_window(&padded, &planes, window, progress);
+            return self.inner.render_window(&padded, &planes, part, progress);
         };
         let mattes = PaddedMattes::new(&margin, &settings);
         let background_planes: Vec<&[f32]> = mattes.background.iter().map(Vec::as_slice).collect();
+        let own = settings.own.unwrap_or(RenderWindow::whole(scene));
         let layered = LayeredRenderer {
             inner: self.inner,
-            settings: mattes.occlusion(&settings, &background_planes),
+            settings: Occlusion {
+                own: match self.light {
+                    LightBeyond::Nearest => None,
+                    LightBeyond::Black => margin.part_of(own).map(|(own, _)| own),
+                },
+                ..mattes.occlusion(&settings, &background_planes)
+            },
         };
-        layered.render_window(&padded, &planes, window, progress)
+        let mut rendered = layered.render_window(&padded, &planes, part, progress)?;
+        if place != RenderWindow::from_size(window.width, window.height) {
+            let planes = rendered.planes.iter_mut();
+            planes.for_each(|plane| *plane = place.surrounded(window.width, window.height, plane));
+        }
+        Ok(rendered)
     }
 }
 
@@ -98,16 +124,17 @@ struct PaddedMattes {
 
 impl PaddedMattes {
     fn new(margin: &Margin, settings: &Occlusion) -> Self {
+        let same = |sample: f32| sample;
         let pass = |vergence: Option<VergencePass>| match vergence {
-            Some(VergencePass::PerPixel(pass)) => margin.padded(pass),
+            Some(VergencePass::PerPixel(pass)) => margin.padded(pass, same),
             Some(VergencePass::Constant(_)) | None => Vec::new(),
         };
         let background = settings.background.map(|background| background.planes);
         let planes = background.unwrap_or_default().iter();
         Self {
-            matte: (settings.holdout).map_or_else(Vec::new, |h| margin.padded(h.matte)),
+            matte: (settings.holdout).map_or_else(Vec::new, |h| margin.padded(h.matte, same)),
             matte_vergence: pass(settings.holdout.and_then(|holdout| holdout.vergence)),
-            background: planes.map(|plane| margin.padded(plane)).collect(),
+            background: planes.map(|plane| margin.padded(plane, same)).collect(),
             background_vergence: pass(settings.background.map(|b| b.vergence)),
         }
     }
@@ -136,40 +163,133 @@ impl PaddedMattes {
     }
 }
 
-/// The margin of replicated pixels about a plate, px.
+/// The margin of replicated pixels on each side of a plate, px; negative where pixels of the plate are left out.
 struct Margin {
-    x: usize,
-    y: usize,
+    left: i64,
+    top: i64,
+    right: i64,
+    bottom: i64,
     width: usize,
     height: usize,
 }
 
 impl Margin {
     /// The margin that kernels reach into, at most the longer side of the plate.
-    fn new(scene: &Scene) -> Self {
-        let (x, y) = scene.reach_px();
-        let longest = scene.width.max(scene.height);
+    fn new(renderer: &EdgeReplicatingRenderer, scene: &Scene, planes: &[Plane]) -> Self {
+        let Scene { width, height, .. } = *scene;
+        let whole = RenderWindow::whole(scene);
+        let settings = renderer.occlusion.as_ref();
+        let own = settings.and_then(|settings| settings.own).unwrap_or(whole);
+        let (x, y) = scene.reach_within(own);
+        let longest = own.width.max(own.height) as i64;
+        let [x, y] = [x, y].map(|reach| (reach.ceil() as i64).min(longest));
+        if renderer.light == LightBeyond::Nearest {
+            return Self {
+                left: x,
+                top: y,
+                right: x,
+                bottom: y,
+                width,
+                height,
+            };
+        }
+        let samples = planes.iter().map(|plane| plane.samples);
+        let lit = match settings.and_then(|settings| settings.background) {
+            // A background may have light anywhere.
+            Some(_) => whole,
+            None => RenderWindow::of_light(samples, width, 0.0).unwrap_or(own),
+        };
+        let [first_x, first_y] = scene.place_in_cell(GRID_PX);
+        let [left, right] = black_margin(own.columns(), lit.columns(), width, x, first_x);
+        let [top, bottom] = black_margin(own.rows(), lit.rows(), height, y, first_y);
         Self {
-            x: (x.ceil() as usize).min(longest),
-            y: (y.ceil() as usize).min(longest),
-            width: scene.width,
-            height: scene.height,
+            left,
+            top,
+            right,
+            bottom,
+            width,
+            height,
         }
     }
 
-    /// Returns the plate's `samples` with the margin around them.
-    fn padded(&self, samples: &[f32]) -> Vec<f32> {
-        let mut out = Vec::with_capacity((self.width + 2 * self.x) * (self.height + 2 * self.y));
-        for row in 0..self.height + 2 * self.y {
-            let row = row.saturating_sub(self.y).min(self.height - 1);
-            let line = &samples[row * self.width..(row + 1) * self.width];
-            out.extend(std::iter::repeat_n(line[0], self.x));
-            out.extend_from_slice(line);
-            out.extend(std::iter::repeat_n(line[self.width - 1], self.x));
-        }
-        out
+    /// The columns of the padded plate, counted on the plate.
+    fn columns(&self) -> Range<i64> {
+        -self.left..self.width as i64 + self.right
+    }
+
+    /// The rows of the padded plate, counted on the plate.
+    fn rows(&self) -> Range<i64> {
+        -self.top..self.height as i64 + self.bottom
+    }
+
+    /// Returns the part of a `window` of the plate that the padded plate holds, on the padded plate and in the window; `None` without any.
+    fn part_of(&self, window: RenderWindow) -> Option<(RenderWindow, RenderWindow)> {
+        let common = |all: Range<i64>, of: Range<usize>| {
+            let (first, end) = (all.start.max(of.start as i64), all.end.min(of.end as i64));
+            let length = usize::try_from(end - first)
+                .ok()
+                .filter(|length| *length > 0)?;
+            Some((
+                (first - all.start) as usize,
+                (first - of.start as i64) as usize,
+                length,
+            ))
+        };
+        let (column, left, width) = common(self.columns(), window.columns())?;
+        let (row, top, height) = common(self.rows(), window.rows())?;
+        let at = |column: usize, row: usize| RenderWindow {
+            column,
+            row,
+            width,
+            height,
+        };
+        Some((at(column, row), at(left, top)))
+    }
+
+    /// Returns the plate's `samples` with the margin around them: each pixel of the margin is `fill` of the nearest pixel.
+    fn padded(&self, samples: &[f32], fill: impl Fn(f32) -> f32) -> Vec<f32> {
+        let nearest = |at: i64, size: usize| at.clamp(0, size as i64 - 1) as usize;
+        let row = |row: i64| {
+            let near = nearest(row, self.height);
+            let line = &samples[near * self.width..][..self.width];
+            let fill = &fill;
+            self.columns().map(move |column| {
+                let sample = line[nearest(column, self.width)];
+                if near as i64 == row && (0..self.width as i64).contains(&column) {
+                    sample
+                } else {
+                    fill(sample)
+                }
+            })
+        };
+        self.rows().flat_map(row).collect()
     }
 }
+
+/// Returns the black margin before and after a plate of `size` pixels along an axis, its pixels with a picture those of `own`, its lit ones
+/// those of `lit`, where blur reaches `reach` and the first pixel is the one after `first` of its cell.
+///
+/// Depth beyond an edge matters where it reaches light. Margins begin and end on the grid of the frame, and are measured from the picture.
+/// So the padded plate is the same whatever part of its margin the plate came with.
+fn black_margin(
+    own: Range<usize>,
+    lit: Range<usize>,
+    size: usize,
+    reach: i64,
+    first: usize,
+) -> [i64; 2] {
+    let [own, lit] = [own, lit].map(|range| range.start as i64..range.end as i64);
+    let (size, first, cell) = (size as i64, first as i64, GRID_PX as i64);
+    let needed = |dark: i64| (2 * reach - dark.max(0)).clamp(0, reach);
+    let start = (own.start - needed(lit.start - own.start)).min(lit.start);
+    let end = (own.end + needed(own.end - lit.end)).max(lit.end);
+    let start = (start + first).div_euclid(cell) * cell - first;
+    let end = (end + first + cell - 1).div_euclid(cell) * cell - first;
+    [-start, end - size]
+}
+
+/// Side of the cells of the frame's grid on which black margins begin and end, px.
+const GRID_PX: usize = 32;
 
 #[cfg(test)]
 mod tests {
@@ -229,6 +349,7 @@ mod tests {
             weights: &[1.0],
         };
         let rendered = EdgeReplicatingRenderer {
+            light: LightBeyond::Nearest,
             inner,
             occlusion: None,
         }
@@ -282,6 +403,26 @@ mod tests {
         }
     }
 
+    #[test]
+    fn black_margins_do_not_depend_on_those_that_a_plate_came_with() {
+        // A picture of 90 px from place 40 of the frame on, of which 20 to 70 are lit.
+        let padded = |before: usize, after: usize, reach: i64| {
+            let own = before..before + 90;
+            let lit = before + 20..before + 70;
+            let place = (40 + 96 - before) % GRID_PX;
+            let [left, right] = black_margin(own, lit, before + 90 + after, reach, place);
+            let first = -(before as i64);
+            [first - left, 90 + after as i64 + right]
+        };
+        for reach in [0, 13, 60] {
+            let alone = padded(0, 0, reach);
+            assert!(alone[0] <= -(2 * reach - 20).clamp(0, reach), "{alone:?}");
+            for (before, after) in [(5, 0), (33, 17), (90, 90)] {
+                assert_eq!(padded(before, after, reach), alone, "{reach}");
+            }
+        }
+    }
+
     /// A holdout that covers the left half also covers what lies beyond the left edge, and nothing on the right.
     #[test]
     fn holdouts_are_replicated_with_the_plate() {
@@ -295,6 +436,7 @@ mod tests {
             weights: &[1.0],
         };
         let renderer = EdgeReplicatingRenderer {
+            light: LightBeyond::Nearest,
             inner: &Scatter,
             occlusion: Some(Occlusion {
                 holdout: Some(Holdout {
@@ -321,6 +463,7 @@ mod tests {
             ..Occlusion::default()
         };
         let renderer = EdgeReplicatingRenderer {
+            light: LightBeyond::Nearest,
             inner: &Scatter,
             occlusion: Some(small),
         };

@@ -21,7 +21,7 @@
 //! | [`Scatter`] | exact: scatters one kernel per source pixel |
 //! | [`Gather`] | fast: tiles of an image pyramid, each gathered with a stencil that varies bilinearly |
 //! | [`LayeredRenderer`] | occlusion: blurs depth layers with another renderer and composites them near over far |
-//! | [`EdgeReplicatingRenderer`] | pads the plate with its edge pixels and renders that |
+//! | [`EdgeReplicatingRenderer`] | pads the plate with its edge pixels, or with black of their depth, and renders that |
 //! | [`MirroringRenderer`] | mirrors the plate at its edges, but for its small lights |
 //! | [`SpotRenderer`] | exact at chosen pixels only: a reference for the error of the others |
 //!
@@ -57,7 +57,7 @@ pub use depth::{
     DepthReading, FocusControls, FocusRemap, LensDistances, MAX_MULTIPLIER, PlateExtent, Severity,
     focus_vergence,
 };
-pub use edge_replication::EdgeReplicatingRenderer;
+pub use edge_replication::{EdgeReplicatingRenderer, LightBeyond};
 pub use gather::{Gather, KernelStore, LayerContext, Operator, Quality};
 pub use mirroring::MirroringRenderer;
 pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};

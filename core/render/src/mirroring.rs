@@ -1,6 +1,6 @@
 //! A renderer that mirrors a plate at its edges, but for its small lights.
 
-use crate::gather::{HighlightBlock, HighlightCriterion, find_highlights};
+use crate::gather::{HighlightBlock, HighlightCriterion, SearchArea, find_highlights};
 use crate::{Edges, Plane, RenderWindow, Rendered, Renderer, Scene};
 use seidel_optics::error::Result;
 
@@ -80,7 +80,7 @@ fn lights_near_edges(scene: &Scene, planes: &[Plane]) -> Vec<HighlightBlock> {
         let to_edge = at.min(size - 1 - at);
         (to_edge as f64) < reach
     };
-    let mut blocks = find_highlights(planes, scene.width, &SMALL_LIGHTS);
+    let mut blocks = find_highlights(planes, &SearchArea::whole(scene.width), &SMALL_LIGHTS);
     blocks.retain(|block| {
         block.pixels.iter().any(|&(row, column)| {
             is_near(column, scene.width, reach_x) || is_near(row, scene.height, reach_y)

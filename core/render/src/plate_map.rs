@@ -26,12 +26,7 @@ impl PlateMap {
     }
 
     /// Returns the position (x, y) of the plate's first pixel in its cell of a grid that is fixed to the frame, with cells of `side` plate
-    /// pixels. The first cell begins at the frame's outer corner.
-    pub(crate) fn place_in_cell(&self, side: usize) -> [usize; 2] {
-        self.place_in_cell_about(ImagePoint::new(0.0, 0.0), side)
-    }
-
-    /// The same in a grid of which four cells meet at `point` of the frame.
+    /// pixels. Four cells meet at `point` of the frame.
     pub(crate) fn place_in_cell_about(&self, point: ImagePoint, side: usize) -> [usize; 2] {
         [self.origin.x_px - point.x_px, self.origin.y_px - point.y_px]
             .map(|at| (at * self.scale).round().rem_euclid(side as f64) as usize)

@@ -2,7 +2,9 @@
 
 use crate::{BlurField, PlateMap};
 use seidel_optics::error::{Error, Result};
+use seidel_optics::field::ImagePoint;
 use seidel_optics::psf::PsfModel;
+use std::ops::Range;
 
 /// Object vergence of the plate's pixels: 1 / distance, in 1/m, 0 at infinity.
 #[derive(Debug, Clone, Copy)]
@@ -97,6 +99,32 @@ impl RenderWindow {
         }
     }
 
+    /// Returns the smallest window with all samples of planes, `width` columns wide, whose magnitude is above `limit`.
+    pub fn of_light<'s>(
+        planes: impl IntoIterator<Item = &'s [f32]>,
+        width: usize,
+        limit: f32,
+    ) -> Option<Self> {
+        let is_lit = |v: &f32| v.abs() > limit;
+        let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
+        for plane in planes {
+            for (row, line) in plane.chunks_exact(width.max(1)).enumerate() {
+                let Some(first) = line.iter().position(is_lit) else {
+                    continue;
+                };
+                let last = line.iter().rposition(is_lit).unwrap_or(first);
+                (left, right) = (left.min(first), right.max(last));
+                (top, bottom) = (top.min(row), bottom.max(row));
+            }
+        }
+        (left != usize::MAX).then(|| Self {
+            column: left,
+            row: top,
+            width: right - left + 1,
+            height: bottom - top + 1,
+        })
+    }
+
     /// Returns the part that both have; `None` without any.
     pub(crate) fn overlap(self, other: Self) -> Option<Self> {
         let common = |[a, b]: [usize; 2], [length_a, length_b]: [usize; 2]| {
@@ -111,6 +139,30 @@ impl RenderWindow {
             width,
             height,
         })
+    }
+
+    /// Its columns.
+    pub(crate) fn columns(&self) -> Range<usize> {
+        self.column..self.column + self.width
+    }
+
+    /// Its rows.
+    pub(crate) fn rows(&self) -> Range<usize> {
+        self.row..self.row + self.height
+    }
+
+    /// Returns whether a pixel lies in the window.
+    pub(crate) fn holds(&self, column: usize, row: usize) -> bool {
+        self.columns().contains(&column) && self.rows().contains(&row)
+    }
+
+    /// Returns `samples` of this window in a plane of `width` x `height` pixels that is zero elsewhere.
+    pub(crate) fn surrounded(&self, width: usize, height: usize, samples: &[f32]) -> Vec<f32> {
+        let mut out = vec![0.0; width * height];
+        for (row, line) in self.rows().zip(samples.chunks_exact(self.width)) {
+            out[row * width..][self.columns()].copy_from_slice(line);
+        }
+        out
     }
 
     /// Returns this part of `samples`, a plane `width` columns wide.
@@ -167,6 +219,15 @@ impl Scene<'_> {
             VergencePass::Constant(vergence) => vergence,
             VergencePass::PerPixel(pass) => f64::from(pass[index]),
         }
+    }
+
+    /// Returns the position (x, y) of the plate's first pixel in its cell of a grid that is fixed to the frame, with cells of `side` plate
+    /// pixels. Four cells meet in the middle of the frame, so that a mirrored plate has the mirrored cells.
+    pub fn place_in_cell(&self, side: usize) -> [usize; 2] {
+        let frame = self.lens.frame();
+        let middle = [frame.width_px(), frame.height_px()].map(|px| f64::from(px) / 2.0);
+        let middle = ImagePoint::new(middle[0], middle[1]);
+        self.map.place_in_cell_about(middle, side)
     }
 
     /// Checks that this scene and `planes` can be rendered.

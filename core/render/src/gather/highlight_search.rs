@@ -8,6 +8,9 @@ use std::ops::Range;
 /// Side of the blocks in which highlights are searched, px.
 const BLOCK: usize = 32;
 
+/// Fewest covered pixels of a block with uncovered ones: black stands for those that fewer lack, so that a speck over nothing stands out.
+const LEAST_COVERED: usize = BLOCK * BLOCK / 4;
+
 /// The criterion by which pixels are highlights.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HighlightCriterion {
@@ -20,44 +23,116 @@ pub(crate) struct HighlightCriterion {
     pub(crate) worthwhile: f32,
 }
 
+/// The pixels among which highlights are searched.
+#[derive(Clone, Copy)]
+pub(crate) struct SearchArea<'a> {
+    /// Columns of the plate.
+    pub(crate) width: usize,
+    /// Pixels of the first block that lie outside the plate, along x and y.
+    pub(crate) before: [usize; 2],
+    /// Whether each pixel is covered, and counts; `None` if all do.
+    pub(crate) covered: Option<&'a [bool]>,
+}
+
+impl SearchArea<'_> {
+    /// All of a plate `width` columns wide, its first block at its first pixel.
+    pub(crate) fn whole(width: usize) -> Self {
+        Self {
+            width,
+            before: [0; 2],
+            covered: None,
+        }
+    }
+
+    /// Returns the number of blocks along `axis`, of a plate of `size` pixels there.
+    fn blocks(&self, axis: usize, size: usize) -> usize {
+        (size + self.before[axis]).div_ceil(BLOCK)
+    }
+
+    /// Returns the pixels of a block along `axis`.
+    fn pixels_of(&self, axis: usize, block: usize, size: usize) -> Range<usize> {
+        let first = |block: usize| (block * BLOCK).saturating_sub(self.before[axis]).min(size);
+        first(block)..first(block + 1)
+    }
+
+    /// Returns the plate columns of a block.
+    fn columns_of(&self, block: usize) -> Range<usize> {
+        self.pixels_of(0, block, self.width)
+    }
+
+    /// Returns the number of covered pixels in each block of some `rows`.
+    fn counts(&self, rows: &Range<usize>) -> Vec<usize> {
+        let count = |block: usize| {
+            let columns = self.columns_of(block);
+            let Some(covered) = self.covered else {
+                return columns.len() * rows.len();
+            };
+            let lines = covered[rows.start * self.width..rows.end * self.width].chunks(self.width);
+            let lines = lines.map(|line| line[columns.clone()].iter().filter(|is| **is).count());
+            lines.sum()
+        };
+        (0..self.blocks(0, self.width)).map(count).collect()
+    }
+
+    /// Returns the number of pixels that a block's values are compared with.
+    fn compared(&self, count: usize) -> usize {
+        match self.covered {
+            Some(_) => count.max(LEAST_COVERED),
+            None => count,
+        }
+    }
+}
+
 /// The highlights of one block.
 pub(crate) struct HighlightBlock {
+    /// Whether a part of the block is uncovered, or outside the plate.
+    pub(crate) is_partial: bool,
     /// Row and column of each highlight pixel, row by row.
     pub(crate) pixels: Vec<(usize, usize)>,
     /// Light subtracted there: one value per plane, pixel by pixel.
     pub(crate) excess: Vec<f32>,
 }
 
-/// Returns the highlights of planes that are `width` pixels wide.
+/// Returns the highlights of planes in an `area`.
 pub(crate) fn find_highlights(
     planes: &[Plane],
-    width: usize,
+    area: &SearchArea,
     criterion: &HighlightCriterion,
 ) -> Vec<HighlightBlock> {
     let height = planes
         .first()
-        .map_or(0, |plane| plane.samples.len() / width);
-    let bands: Vec<Range<usize>> = (0..height)
-        .step_by(BLOCK)
-        .map(|row| row..height.min(row + BLOCK))
-        .collect();
-    let summaries: Vec<Vec<BandSummary>> = bands
-        .par_iter()
-        .map(|rows| {
-            let of =
-                |plane: &Plane| BandSummary::new(plane.samples, width, rows, criterion.contrast);
-            planes.iter().map(of).collect()
+        .map_or(0, |plane| plane.samples.len() / area.width);
+    let bands: Vec<Band> = (0..area.blocks(1, height))
+        .into_par_iter()
+        .map(|band| {
+            let rows = area.pixels_of(1, band, height);
+            let counts = area.counts(&rows);
+            let of = |plane: &Plane| {
+                BandSummary::new(plane.samples, area, &rows, &counts, criterion.contrast)
+            };
+            Band {
+                summaries: planes.iter().map(of).collect(),
+                rows,
+                counts,
+            }
         })
         .collect();
     let means: Vec<f64> = (0..planes.len())
-        .map(|plane| mean(summaries.iter().map(|summaries| &summaries[plane])))
+        .map(|plane| mean(bands.iter().map(|band| &band.summaries[plane])))
         .collect();
-    (&bands, &summaries)
-        .into_par_iter()
-        .flat_map_iter(|(rows, summaries)| {
-            highlights_of_band(planes, width, rows, summaries, &means, criterion)
-        })
+    bands
+        .par_iter()
+        .flat_map_iter(|band| highlights_of_band(planes, area, band, &means, criterion))
         .collect()
+}
+
+/// A row of blocks.
+struct Band {
+    rows: Range<usize>,
+    /// Number of covered pixels of each block.
+    counts: Vec<usize>,
+    /// One a plane.
+    summaries: Vec<BandSummary>,
 }
 
 /// Lanes of sums that are kept in registers.
@@ -114,11 +189,18 @@ struct BandSummary {
 }
 
 impl BandSummary {
-    fn new(samples: &[f32], width: usize, rows: &Range<usize>, contrast: f32) -> Self {
-        let mut blocks = vec![BlockStats::default(); width.div_ceil(BLOCK)];
+    fn new(
+        samples: &[f32],
+        area: &SearchArea,
+        rows: &Range<usize>,
+        counts: &[usize],
+        contrast: f32,
+    ) -> Self {
+        let width = area.width;
+        let mut blocks = vec![BlockStats::default(); counts.len()];
         for row in samples[rows.start * width..rows.end * width].chunks_exact(width) {
-            for (block, samples) in blocks.iter_mut().zip(row.chunks(BLOCK)) {
-                block.add(samples);
+            for (block, stats) in blocks.iter_mut().enumerate() {
+                stats.add(&row[area.columns_of(block)]);
             }
         }
         let mut summary = Self::default();
@@ -127,10 +209,9 @@ impl BandSummary {
             if sum == 0.0 {
                 continue;
             }
-            let count = columns_of(block, width).len() * rows.len();
             summary.light += sum;
-            summary.pixels += count;
-            if stands_out(max, sum / count as f64, contrast) {
+            summary.pixels += counts[block];
+            if stands_out(max, sum / area.compared(counts[block]) as f64, contrast) {
                 summary.candidates.push((block, max));
             }
         }
@@ -147,11 +228,6 @@ fn mean<'a>(bands: impl Iterator<Item = &'a BandSummary>) -> f64 {
     let sum = |sum: (f64, usize), band: &BandSummary| (sum.0 + band.light, sum.1 + band.pixels);
     let (light, pixels) = bands.fold((0.0, 0), sum);
     light / pixels.max(1) as f64
-}
-
-/// Returns the plate columns of a block.
-fn columns_of(block: usize, width: usize) -> Range<usize> {
-    block * BLOCK..width.min((block + 1) * BLOCK)
 }
 
 /// The threshold of a block's highlights in one plane.
@@ -171,27 +247,36 @@ impl Threshold {
     };
 }
 
-/// Returns the highlights of one row of blocks, given the summary of each plane there and its mean.
+/// Returns the highlights of one row of blocks, given the mean of each plane.
 fn highlights_of_band(
     planes: &[Plane],
-    width: usize,
-    rows: &Range<usize>,
-    summaries: &[BandSummary],
+    area: &SearchArea,
+    band: &Band,
     means: &[f64],
     criterion: &HighlightCriterion,
 ) -> Vec<HighlightBlock> {
     // One threshold per plane for blocks with highlights.
     let mut thresholds: BTreeMap<usize, Vec<Threshold>> = BTreeMap::new();
     let mut values = Vec::new();
-    for (index, (plane, summary)) in planes.iter().zip(summaries).enumerate() {
+    for (index, (plane, summary)) in planes.iter().zip(&band.summaries).enumerate() {
         for &(block, max) in &summary.candidates {
             if !stands_out(max, means[index], criterion.contrast) {
                 continue;
             }
             values.clear();
-            for row in rows.clone() {
-                values.extend(&plane.samples[row * width..][columns_of(block, width)]);
+            for row in band.rows.clone() {
+                let first = row * area.width;
+                let columns = area.columns_of(block);
+                let line = &plane.samples[first..][columns.clone()];
+                match area.covered {
+                    None => values.extend(line),
+                    Some(covered) => {
+                        let pixels = line.iter().zip(&covered[first..][columns]);
+                        values.extend(pixels.filter(|(_, is)| **is).map(|(light, _)| light));
+                    }
+                }
             }
+            values.resize(area.compared(values.len()), 0.0);
             if let Some(threshold) = threshold(&mut values, max, criterion) {
                 let none = || vec![Threshold::NONE; planes.len()];
                 thresholds.entry(block).or_insert_with(none)[index] = threshold;
@@ -201,8 +286,13 @@ fn highlights_of_band(
     thresholds
         .iter()
         .map(|(block, thresholds)| {
-            let columns = columns_of(*block, width);
-            HighlightBlock::new(planes, width, &columns, rows, thresholds)
+            let columns = area.columns_of(*block);
+            let is_partial = band.counts[*block] < BLOCK * BLOCK;
+            let found = HighlightBlock::new(planes, area.width, &columns, &band.rows, thresholds);
+            HighlightBlock {
+                is_partial,
+                ..found
+            }
         })
         .collect()
 }
@@ -229,6 +319,7 @@ impl HighlightBlock {
         thresholds: &[Threshold],
     ) -> Self {
         let mut block = Self {
+            is_partial: false,
             pixels: Vec::new(),
             excess: Vec::new(),
         };

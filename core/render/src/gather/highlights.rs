@@ -4,7 +4,7 @@
 //! visible around it. Pixels that stand out by far are subtracted from the plate and scattered with a kernel each.
 
 use super::edges::add_folded;
-use super::highlight_search::{HighlightBlock, HighlightCriterion, find_highlights};
+use super::highlight_search::{HighlightBlock, HighlightCriterion, SearchArea, find_highlights};
 use super::image::{Image, Rect, Size};
 use super::lens_probe::LensProbe;
 use crate::scatter::Source;
@@ -35,7 +35,7 @@ pub(super) struct HighlightSplit<'a> {
 impl<'a> HighlightSplit<'a> {
     /// Splits planes that are `width` pixels wide.
     pub(super) fn new(planes: &[Plane<'a>], width: usize) -> Self {
-        let blocks = find_highlights(planes, width, &CRITERION);
+        let blocks = find_highlights(planes, &SearchArea::whole(width), &CRITERION);
         Self::with_blocks(planes, width, blocks)
     }
 

@@ -36,7 +36,9 @@ mod tile_grid;
 mod tolerance;
 mod window;
 
-pub(crate) use highlight_search::{HighlightBlock, HighlightCriterion, find_highlights};
+pub(crate) use highlight_search::{
+    HighlightBlock, HighlightCriterion, SearchArea, find_highlights,
+};
 pub use kernel_store::KernelStore;
 pub use layer_context::LayerContext;
 pub use operator::Operator;

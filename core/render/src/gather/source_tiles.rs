@@ -164,7 +164,7 @@ struct LevelSquares {
 impl LevelSquares {
     fn new(lens: &LensProbe, planes: &[View], scene: &Scene, sides: &TileSides) -> Self {
         let size = size_of(scene);
-        let before = scene.map.place_in_cell(SQUARE);
+        let before = scene.place_in_cell(SQUARE);
         let columns = (size.width + before[0]).div_ceil(SQUARE);
         let rows = (size.height + before[1]).div_ceil(SQUARE);
         let mut lit = BTreeSet::new();

@@ -56,10 +56,11 @@ impl CellLevel {
         }
     }
 
-    /// Fills every cell with the average of its `parts`. `read` returns the sample of a part by index and plane.
+    /// Fills every cell with the average of its `parts`, of `planes` planes whose first `light_count` hold light. `read` returns the sample of a part by index and plane.
     fn fill(
         &mut self,
         planes: usize,
+        light_count: usize,
         parts: impl Fn(usize, usize, &mut Vec<Part>) + Sync,
         read: impl Fn(usize, usize) -> f32 + Sync,
     ) {
@@ -78,7 +79,7 @@ impl CellLevel {
                 found.clear();
                 parts(first_column + column, first_row + row, &mut found);
                 if !found.is_empty() {
-                    (*weight, *coordinate) = merged(&mut found, &read, out);
+                    (*weight, *coordinate) = merged(&mut found, light_count, &read, out);
                 }
             }
         });
@@ -92,10 +93,15 @@ struct Part {
     index: usize,
 }
 
-/// Builds the pyramid of `input`, which has at least one plane, from the pixels of its `band`: cells of 2 px first, up to 2^`levels`.
-pub(super) fn build(input: &LayeredPlate, band: &[f32], levels: u32) -> Vec<CellLevel> {
+/// Builds the pyramid of `input`, which has at least one plane, from the pixels of its `band`: cells of 2 px first, up to 2^`levels`. The
+/// first pixel is (`x`, `y`) of the grid of cells.
+pub(super) fn build(
+    input: &LayeredPlate,
+    [x, y]: [usize; 2],
+    band: &[f32],
+    levels: u32,
+) -> Vec<CellLevel> {
     let planes = input.planes.len();
-    let [x, y] = input.origin;
     let last = [x + input.width - 1, y + input.height - 1];
     let mut pyramid: Vec<CellLevel> = Vec::new();
     for level in 1..=levels {
@@ -103,6 +109,7 @@ pub(super) fn build(input: &LayeredPlate, band: &[f32], levels: u32) -> Vec<Cell
         match pyramid.last() {
             None => next.fill(
                 planes,
+                input.light_count,
                 |column, row, found| {
                     for (dx, dy) in CHILDREN {
                         let (cx, cy) = (2 * column + dx, 2 * row + dy);
@@ -123,6 +130,7 @@ pub(super) fn build(input: &LayeredPlate, band: &[f32], levels: u32) -> Vec<Cell
             ),
             Some(finer) => next.fill(
                 planes,
+                input.light_count,
                 |column, row, found| {
                     for (dx, dy) in CHILDREN {
                         let (cx, cy) = ((2 * column + dx) as i64, (2 * row + dy) as i64);
@@ -148,6 +156,7 @@ const CHILDREN: [(usize, usize); 4] = [(0, 0), (1, 0), (0, 1), (1, 1)];
 /// Writes the average samples of the farthest surface in `parts` to `out`; returns its weight and coordinate.
 fn merged(
     parts: &mut Vec<Part>,
+    light_count: usize,
     read: impl Fn(usize, usize) -> f32,
     out: &mut [f32],
 ) -> (f32, f32) {
@@ -155,7 +164,7 @@ fn merged(
     let farthest = coordinates.fold(f32::INFINITY, f32::min);
     parts.retain(|part| part.coordinate <= farthest + JUMP);
     let brightness = |part: &Part| {
-        let planes = (0..out.len()).map(|plane| read(part.index, plane).abs());
+        let planes = (0..light_count).map(|plane| read(part.index, plane).abs());
         planes.fold(0.0, f32::max)
     };
     let bright: Vec<f32> = parts.iter().map(brightness).collect();
@@ -183,7 +192,7 @@ fn merged(
     (sum, coordinate / total)
 }
 
-/// Returns the weight of each pixel as the far side of a jump.
+/// Returns the weight of each pixel as the far side of a jump; that of unknown pixels is zero.
 pub(super) fn band(input: &LayeredPlate) -> Vec<f32> {
     let (width, height, coordinates) = (input.width, input.height, input.coordinates);
     // Coordinates of the near sides of jumps.
@@ -207,8 +216,10 @@ pub(super) fn band(input: &LayeredPlate) -> Vec<f32> {
         });
     let close = dilated(&near, width, 1);
     let about = dilated(&near, width, BAND_PX);
-    let weigh = |((coordinate, close), about): ((&f32, &f32), &f32)| {
-        if *close > coordinate + JUMP {
+    let weigh = |(index, ((coordinate, close), about)): (usize, ((&f32, &f32), &f32))| {
+        if !input.known.holds(index % width, index / width) {
+            0.0
+        } else if *close > coordinate + JUMP {
             AT_JUMP
         } else if *about > coordinate + JUMP {
             1.0
@@ -217,7 +228,7 @@ pub(super) fn band(input: &LayeredPlate) -> Vec<f32> {
         }
     };
     let all = coordinates.par_iter().zip(&close).zip(&about);
-    all.map(weigh).collect()
+    all.enumerate().map(weigh).collect()
 }
 
 /// Returns the largest value within `radius` pixels along both axes: a dilation.

@@ -220,7 +220,8 @@ impl<'a> Probes<'a> {
         let channels = lens.channel_count();
         let mut kernels = Vec::with_capacity(channels * self.fields.len());
         for &field in &self.fields {
-            let placed = (0..channels).map(|channel| lens.blur_at(channel, field, vergence));
+            let placed =
+                (0..channels).map(|channel| lens.unclamped_blur_at(channel, field, vergence));
             let first = kernels.len();
             kernels.extend(placed.map(|placed| {
                 let moments = placed.blur.moments;

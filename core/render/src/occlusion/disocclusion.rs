@@ -3,13 +3,13 @@
 //! A blurred foreground is half transparent towards its edge and reveals what the plate does not show. Each pixel near
 //! an edge gets one hidden sample of colour, alpha and vergence: the samples of the far side next to the edge, and
 //! averages of ever larger cells of them further in, as far as the blur of both reaches. The rule is local
-//! ([`HIDDEN_REACH_PX`]) and cells lie on a grid fixed to the frame, so a tile with that much margin equals the whole.
+//! ([`HIDDEN_REACH_PX`]) and cells lie on grids fixed to the frame, so a tile with that much margin equals the whole.
 
 use super::cell_pyramid::{self, CellLevel, JUMP};
 use super::depth_layers::DepthLayers;
 use super::edge_distance::EdgeDistance;
 use super::layered_plate::LayeredPlate;
-use crate::PlateMap;
+use crate::Scene;
 use rayon::prelude::*;
 
 /// Largest number of levels of the cell pyramid.
@@ -18,14 +18,26 @@ const MAX_LEVELS: u32 = 8;
 /// Largest distance between a hidden sample and the pixels it is estimated from, px.
 pub const HIDDEN_REACH_PX: usize = 3 << (MAX_LEVELS - 1);
 
+/// Side of the largest cells, px.
+const LARGEST_CELL_PX: usize = 1 << MAX_LEVELS;
+
+/// Shifts of the grids of cells from the frame's, px: about a third of a cell of every size, each with its mirror images.
+///
+/// The estimates of all grids are averaged. Those of one depend on where its cells lie by 0.3 dB, and are 0.2 dB worse.
+const GRID_SHIFTS_PX: [[usize; 2]; 4] = {
+    const NEAR: usize = LARGEST_CELL_PX / 3;
+    const FAR: usize = LARGEST_CELL_PX - NEAR;
+    [[NEAR, NEAR], [FAR, NEAR], [NEAR, FAR], [FAR, FAR]]
+};
+
 /// One over the weight at which an estimate counts as fully present: a quarter of its surroundings.
 const FULL_PRESENCE: f32 = 4.0;
 /// Least weight of a hidden sample.
 const MIN_WEIGHT: f32 = 1e-3;
 
 /// Returns the position of a plate's first pixel on the frame's grid of cells.
-pub(super) fn grid_origin(map: PlateMap) -> [usize; 2] {
-    map.place_in_cell(1 << MAX_LEVELS)
+pub(super) fn grid_origin(scene: &Scene) -> [usize; 2] {
+    scene.place_in_cell(LARGEST_CELL_PX)
 }
 
 /// Samples of one row in addition to the plate's: hidden ones, or corrections of mixed pixels.
@@ -56,19 +68,33 @@ pub(super) fn hidden_samples(
         .find(|level| (1 << level) as f32 >= 6.0 * (reach + SPARE_PX))
         .unwrap_or(MAX_LEVELS);
     let band = cell_pyramid::band(input);
-    let pyramid = cell_pyramid::build(input, &band, levels);
+    let grid = |shift: [usize; 2]| {
+        let origin = [0, 1].map(|axis| (input.origin[axis] + shift[axis]) % LARGEST_CELL_PX);
+        CellGrid {
+            origin,
+            pyramid: cell_pyramid::build(input, origin, &band, levels),
+        }
+    };
+    let grids = GRID_SHIFTS_PX.map(grid);
     let edges = NearbyEdges {
         distance: EdgeDistance::new(&band, input.width),
         largest_size: largest,
     };
     (0..input.height)
         .into_par_iter()
-        .map(|row| goes_on().then(|| hidden_row(input, layers, &pyramid, &edges, row)))
+        .map(|row| goes_on().then(|| hidden_row(input, layers, &grids, &edges, row)))
         .collect()
 }
 
 /// Margin added to the reach of the blur, px.
 const SPARE_PX: f32 = 2.0;
+
+/// A pyramid of cells on one of the grids.
+struct CellGrid {
+    /// Position of the plate's first pixel on the grid.
+    origin: [usize; 2],
+    pyramid: Vec<CellLevel>,
+}
 
 /// The edges of a plate, and how far blur reaches across them.
 struct NearbyEdges {
@@ -80,19 +106,24 @@ struct NearbyEdges {
 fn hidden_row(
     input: &LayeredPlate,
     layers: &DepthLayers,
-    pyramid: &[CellLevel],
+    grids: &[CellGrid],
     edges: &NearbyEdges,
     row: usize,
 ) -> ExtraSamples {
     let mut out = ExtraSamples::default();
-    let mut estimate = HiddenEstimate {
+    let [mut estimate, mut of_grid] = [0; 2].map(|_| HiddenEstimate {
         samples: vec![0.0; input.planes.len()],
         ..HiddenEstimate::default()
-    };
-    let lines: Vec<CellRows> = pyramid
+    });
+    let lines: Vec<(usize, Vec<CellRows>)> = grids
         .iter()
-        .enumerate()
-        .map(|(index, level)| CellRows::new(level, (2 << index) as f32, row + input.origin[1]))
+        .map(|grid| {
+            let levels = grid.pyramid.iter().enumerate();
+            let rows = levels.map(|(index, level)| {
+                CellRows::new(level, (2 << index) as f32, row + grid.origin[1])
+            });
+            (grid.origin[0], rows.collect())
+        })
         .collect();
     for column in 0..input.width {
         let index = row * input.width + column;
@@ -101,7 +132,11 @@ fn hidden_row(
         if share_uncovered(distance_px, own + edges.largest_size + SPARE_PX) == 0.0 {
             continue;
         }
-        estimate.estimate(&lines, layers, column + input.origin[0], coordinate);
+        estimate.clear();
+        for (first, lines) in &lines {
+            of_grid.estimate(lines, layers, column + first, coordinate);
+            estimate.add_share(&of_grid, 1.0 / grids.len() as f32);
+        }
         if estimate.weight <= MIN_WEIGHT {
             continue;
         }
@@ -177,10 +212,23 @@ struct HiddenEstimate {
 }
 
 impl HiddenEstimate {
-    /// Estimates what lies behind the pixel in column `x` of the frame's grid with a layer `coordinate`.
-    fn estimate(&mut self, lines: &[CellRows], layers: &DepthLayers, x: usize, coordinate: f32) {
+    fn clear(&mut self) {
         (self.weight, self.coordinate) = (0.0, 0.0);
         self.samples.fill(0.0);
+    }
+
+    /// Adds a `share` of another estimate.
+    fn add_share(&mut self, other: &Self, share: f32) {
+        self.weight += share * other.weight;
+        self.coordinate += share * other.coordinate;
+        for (sum, sample) in self.samples.iter_mut().zip(&other.samples) {
+            *sum += share * sample;
+        }
+    }
+
+    /// Estimates what lies behind the pixel in column `x` of the frame's grid with a layer `coordinate`.
+    fn estimate(&mut self, lines: &[CellRows], layers: &DepthLayers, x: usize, coordinate: f32) {
+        self.clear();
         let size = layers.size(coordinate);
         for line in lines {
             let left = 1.0 - self.weight;

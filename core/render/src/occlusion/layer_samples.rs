@@ -38,7 +38,7 @@ struct Blocks {
 
 impl Blocks {
     fn new(scene: &Scene) -> Self {
-        let before = scene.map.place_in_cell(BLOCK_PX);
+        let before = scene.place_in_cell(BLOCK_PX);
         let size = [scene.width, scene.height];
         Self {
             before,

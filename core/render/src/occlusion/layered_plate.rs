@@ -1,6 +1,6 @@
 //! A plate whose pixels lie in depth layers.
 
-use crate::Plane;
+use crate::{Plane, RenderWindow};
 
 /// A plate with the layer coordinates of its pixels.
 pub(super) struct LayeredPlate<'a> {
@@ -8,9 +8,13 @@ pub(super) struct LayeredPlate<'a> {
     pub(super) height: usize,
     /// Position of the plate's first pixel on the frame's grid of cells.
     pub(super) origin: [usize; 2],
+    /// The pixels whose light is known; the others are a black margin.
+    pub(super) known: RenderWindow,
     /// Place of every pixel on the layers.
     pub(super) coordinates: &'a [f32],
     pub(super) planes: &'a [Plane<'a>],
+    /// Number of planes that hold light; those after them hold coverage.
+    pub(super) light_count: usize,
 }
 
 impl LayeredPlate<'_> {

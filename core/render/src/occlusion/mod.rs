@@ -67,6 +67,8 @@ pub struct Occlusion<'a> {
     pub holdout: Option<Holdout<'a>>,
     /// The background: shown where the foreground is taken away. It replaces the fill of uncovered areas.
     pub background: Option<Background<'a>>,
+    /// The plate without the black margin about it, whose pixels have the depth of the nearest one; `None` if it has no such margin.
+    pub own: Option<RenderWindow>,
     /// Number of planes that hold light. Those after them hold coverage, in which a bright pixel is no light; `None` if all hold light.
     pub light_planes: Option<usize>,
 }
@@ -78,6 +80,7 @@ impl Default for Occlusion<'_> {
             blur_inside: true,
             holdout: None,
             background: None,
+            own: None,
             light_planes: None,
         }
     }
@@ -230,18 +233,24 @@ impl LayeredRenderer<'_> {
                 .collect();
             depth_edges::snapped(&of_pass, scene.width, scene.height)
         };
+        let light_planes = self.settings.light_planes.unwrap_or(planes.len());
+        let light_planes = light_planes.min(planes.len());
         let whole = LayeredPlate {
             width: scene.width,
             height: scene.height,
-            origin: disocclusion::grid_origin(scene.map),
+            origin: disocclusion::grid_origin(scene),
+            known: match self.settings.own {
+                // Where there is coverage, a margin is known to be uncovered.
+                Some(own) if light_planes == planes.len() => own,
+                _ => RenderWindow::whole(scene),
+            },
             coordinates: &coordinates,
             planes,
+            light_count: light_planes,
         };
         let blur = SignedBlur::new(scene, &layers);
         let mixed_pixels = MixedPixels::new(&whole);
-        let light_planes = self.settings.light_planes.unwrap_or(planes.len());
-        let light_planes = light_planes.min(planes.len());
-        let small_lights = SmallLights::find(&whole, light_planes, &mixed_pixels, &layers, &blur);
+        let small_lights = SmallLights::find(&whole, &mixed_pixels, &layers, &blur);
         let rest = small_lights.rest(planes);
         let planes = rest.as_slice();
         let input = LayeredPlate { planes, ..whole };

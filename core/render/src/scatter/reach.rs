@@ -19,6 +19,11 @@ impl Scene<'_> {
     /// The lens is probed at nine places and nine vergences, and a margin is added. A lens that cannot be drawn
     /// reaches a million pixels.
     pub fn reach_px(&self) -> (f64, f64) {
+        self.reach_within(RenderWindow::whole(self))
+    }
+
+    /// As [`Self::reach_px`], with the lens probed at nine places of a `window` of the plate.
+    pub(crate) fn reach_within(&self, window: RenderWindow) -> (f64, f64) {
         let (lowest, highest) = match self.vergence {
             VergencePass::Constant(vergence) => (vergence, vergence),
             VergencePass::PerPixel(pass) => {
@@ -30,7 +35,7 @@ impl Scene<'_> {
         let (mut x, mut y) = (0.0_f64, 0.0_f64);
         for step in 0..VERGENCE_PROBES {
             let vergence = lowest + (highest - lowest) * step as f64 / (VERGENCE_PROBES - 1) as f64;
-            let reach = kernel_reach(self, RenderWindow::whole(self), vergence);
+            let reach = kernel_reach(self, window, vergence);
             x = x.max(reach.left_px).max(reach.right_px);
             y = y.max(reach.up_px).max(reach.down_px);
         }

@@ -96,6 +96,7 @@ fn rendered(
         settings: Occlusion::default(),
     };
     let replicating = EdgeReplicatingRenderer {
+        light: crate::LightBeyond::Nearest,
         inner: &layered,
         occlusion: None,
     };

@@ -26,9 +26,9 @@ pub(super) use signed_blur::SignedBlur;
 use super::depth_layers::DepthLayers;
 use super::layered_plate::LayeredPlate;
 use super::mixed_pixels::MixedPixels;
-use crate::gather::{HighlightBlock, find_highlights};
+use crate::gather::{HighlightBlock, SearchArea, find_highlights};
 use crate::mirroring::SMALL_LIGHTS;
-use crate::{Plane, cancelled};
+use crate::{Plane, RenderWindow, cancelled};
 use light_cut::DrawnCell;
 use light_disc::LightDisc;
 use nearby_range::NearbyRange;
@@ -47,6 +47,9 @@ const LEAST_RADIUS_PX: f64 = 1.5;
 /// Steps from a pixel at the rim of a light to one that it covers whole.
 const STEPS_TO_BRIGHTEST: usize = 3;
 
+/// Side of the blocks in which lights are searched, on a grid fixed to the frame, px.
+const BLOCK_PX: usize = 32;
+
 /// Side of the cells whose lights share a kernel, px.
 const CELL_PX: usize = 4;
 
@@ -62,6 +65,8 @@ const KERNEL_REACH: f64 = 1.5;
 /// The lights of one cell at nearly one depth.
 #[derive(Default)]
 struct CellLights {
+    /// Position of the plate's first pixel in its cell.
+    before: [usize; 2],
     /// Whether nearer surfaces may cut their discs.
     is_cut: bool,
     /// Mean layer coordinate.
@@ -89,21 +94,27 @@ struct Surfaces<'a> {
 }
 
 impl<'a> SmallLights<'a> {
-    /// Finds the highlights of a plate, other than those whose blur is wider than the plate: they do not stand out once they are blurred,
-    /// and a kernel each would take more work than the plate. Only the first `count` planes hold light.
+    /// Finds the highlights of a plate, other than those whose blur is wider than the frame: they do not stand out once they are blurred,
+    /// and a kernel each would take more work than the frame.
     pub(super) fn find(
         input: &LayeredPlate<'a>,
-        count: usize,
         mixed: &MixedPixels,
         layers: &DepthLayers,
         blur: &SignedBlur,
     ) -> Self {
+        let count = input.light_count;
         let mut rest: Vec<Cow<[f32]>> = input
             .planes
             .iter()
             .map(|plane| Cow::Borrowed(plane.samples))
             .collect();
-        let highlights = find_highlights(&input.planes[..count], input.width, &SMALL_LIGHTS);
+        let covered = covered_pixels(input);
+        let area = SearchArea {
+            width: input.width,
+            before: input.origin.map(|at| at % BLOCK_PX),
+            covered: covered.as_deref(),
+        };
+        let highlights = find_highlights(&input.planes[..count], &area, &SMALL_LIGHTS);
         if highlights.is_empty() {
             return Self {
                 rest,
@@ -111,7 +122,7 @@ impl<'a> SmallLights<'a> {
                 surface_blocks: SurfaceBlocks::default(),
             };
         }
-        let least_light = least_light(input.planes, count);
+        let least_light = least_light(&input.planes[..count], area.covered);
         let surface_blocks = SurfaceBlocks::new(input);
         let is_cut = |lights: &CellLights| {
             let own_radius = blur.radius_px(lights.coordinate);
@@ -130,10 +141,9 @@ impl<'a> SmallLights<'a> {
             };
             surface_blocks.any_within(lights.middle(), &nearer)
         };
-        let short_side = input.width.min(input.height) as f32;
         let of_block = |block: &HighlightBlock| -> Vec<CellLights> {
             let mut cells = cells(block, &least_light, input, mixed);
-            cells.retain(|lights| layers.size(lights.coordinate) < 2.0 * short_side);
+            cells.retain(|lights| layers.size(lights.coordinate) < 2.0 * blur.frame_side_px);
             for lights in &mut cells {
                 lights.is_cut = is_cut(lights);
             }
@@ -233,36 +243,50 @@ fn add_wave(
     });
 }
 
-/// Returns for each of the first `count` planes, those of light, the value that small lights exceed: some times the mean of pixels that
-/// the other planes, those of coverage, cover. A speck over nothing, like its neighbours but for size, is no light.
-fn least_light(planes: &[Plane], count: usize) -> Vec<f32> {
-    let (light, coverage) = planes.split_at(count);
-    let Some(coverage) = coverage.first() else {
-        return vec![0.0; count];
-    };
-    let covered = coverage.samples.par_iter().filter(|of| **of > 0.0).count();
-    if covered == coverage.samples.len() {
-        // An opaque plate has the lights of one without alpha.
-        return vec![0.0; count];
+/// Returns which pixels of `input` are covered: the known ones or, if there are planes of coverage, the ones of which a plane is not zero. `None` if all are.
+fn covered_pixels(input: &LayeredPlate) -> Option<Vec<bool>> {
+    let (width, has_coverage) = (input.width, input.light_count < input.planes.len());
+    if !has_coverage && input.known == RenderWindow::from_size(width, input.height) {
+        return None;
     }
-    let mean = |plane: &Plane| {
-        // Parts of one size, added in order: the sum is the same whatever the number of threads.
-        const PART: usize = 1 << 14;
-        let parts = (plane.samples.par_chunks(PART)).zip(coverage.samples.par_chunks(PART));
-        let sums: Vec<f64> = parts
-            .map(|(light, coverage)| {
-                let covered = light.iter().zip(coverage).filter(|(_, of)| **of > 0.0);
-                covered.map(|(light, _)| f64::from(light.abs())).sum()
-            })
-            .collect();
-        let sum: f64 = sums.iter().sum();
-        (sum / covered.max(1) as f64) as f32
+    let is_covered = |index: usize| {
+        if has_coverage {
+            input.planes.iter().any(|plane| plane.samples[index] != 0.0)
+        } else {
+            input.known.holds(index % width, index / width)
+        }
     };
-    let limit = |plane: &Plane| SMALL_LIGHTS.contrast * mean(plane);
-    light.iter().map(limit).collect()
+    let pixels = (0..input.coordinates.len()).into_par_iter();
+    Some(pixels.map(is_covered).collect())
 }
 
-/// Returns the highlights of a block that exceed the `least_light` of their planes, cell by cell.
+/// Returns for each plane the value that small lights exceed in blocks of which a part is unknown or uncovered: some times the mean of
+/// covered pixels. A speck over nothing, like its neighbours but for size, is no light.
+fn least_light(planes: &[Plane], covered: Option<&[bool]>) -> Vec<f32> {
+    /// Parts of one size, added in order: the sum is the same whatever the number of threads.
+    const PART: usize = 1 << 14;
+    let mean = |plane: &Plane| {
+        let parts = plane.samples.par_chunks(PART).enumerate();
+        let sums: Vec<(f64, usize)> = parts
+            .map(|(part, light)| {
+                let is_covered = |k: usize| covered.is_none_or(|covered| covered[part * PART + k]);
+                let covered = light.iter().enumerate().filter(|(k, _)| is_covered(*k));
+                covered.fold((0.0, 0), |(sum, count), (_, light)| {
+                    (sum + f64::from(light.abs()), count + 1)
+                })
+            })
+            .collect();
+        let (sum, count) = sums
+            .iter()
+            .fold((0.0, 0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+        (sum / count.max(1) as f64) as f32
+    };
+    let limit = |plane: &Plane| SMALL_LIGHTS.contrast * mean(plane);
+    planes.iter().map(limit).collect()
+}
+
+/// Returns the highlights of a block, cell by cell; in a block that is partly unknown or uncovered those that exceed the `least_light` of
+/// their planes.
 ///
 /// A depth pass often gives the pixels at the rim of a light the depth of the surface behind it. All light that stands out has the
 /// depth of the brightest pixel close by.
@@ -279,7 +303,7 @@ fn cells(
         let excess = excess.iter().zip(input.planes.iter().zip(least_light));
         let excess: Vec<f32> = excess
             .map(|(light, (plane, least))| {
-                if plane.samples[index] > *least {
+                if !block.is_partial || plane.samples[index] > *least {
                     *light
                 } else {
                     0.0
@@ -292,8 +316,11 @@ fn cells(
         let coordinate = mixed.coordinate_of_light(input, brightest_nearby(input, count, index));
         let depth = (CELLS_PER_LAYER * coordinate).round() as i32;
         let (row, column) = *pixel;
-        let lights = cells.entry((row / CELL_PX, column / CELL_PX, depth));
-        lights.or_default().add((column, row), coordinate, &excess);
+        let [x, y] = [column + input.origin[0], row + input.origin[1]];
+        let lights = cells.entry((y / CELL_PX, x / CELL_PX, depth));
+        let lights = lights.or_default();
+        lights.before = input.origin.map(|at| at % CELL_PX);
+        lights.add((column, row), coordinate, &excess);
     }
     cells.into_values().collect()
 }
@@ -345,7 +372,9 @@ impl CellLights {
         };
         let mut groups: BTreeMap<(usize, usize), Vec<PixelLight>> = BTreeMap::new();
         for (&(column, row), light) in self.pixels.iter().zip(self.excess.chunks(planes)) {
-            let group = groups.entry((row / side, column / side)).or_default();
+            let [x, y] = [column + self.before[0], row + self.before[1]];
+            let group = groups.entry((y % CELL_PX / side, x % CELL_PX / side));
+            let group = group.or_default();
             group.push(((column, row), light));
         }
         groups.into_values().collect()

@@ -9,6 +9,8 @@ pub(in super::super) struct SignedBlur {
     /// First layer coordinate.
     first: f32,
     radii_px: Vec<f64>,
+    /// Short side of the frame, plate px.
+    pub(super) frame_side_px: f32,
 }
 
 impl SignedBlur {
@@ -20,8 +22,12 @@ impl SignedBlur {
         let middle = ImagePoint::new(width / 2.0, height / 2.0);
         let at = frame.field_point(middle);
         let variance = |layer: usize| {
-            let blur = scene.lens.blur_at(0, at, layers.vergence(layer)).blur;
-            (blur.moments.mu20 + blur.moments.mu02) / 2.0 * scene.map.scale.powi(2)
+            let lens = scene.lens;
+            let moments = lens
+                .unclamped_blur_at(0, at, layers.vergence(layer))
+                .blur
+                .moments;
+            (moments.mu20 + moments.mu02) / 2.0 * scene.map.scale.powi(2)
         };
         let variances: Vec<f64> = (0..layers.len()).map(variance).collect();
         let least = variances.iter().copied().fold(f64::INFINITY, f64::min);
@@ -34,6 +40,7 @@ impl SignedBlur {
         Self {
             first: layers.coordinate_of(0),
             radii_px: variances.iter().enumerate().map(radius).collect(),
+            frame_side_px: (width.min(height) * scene.map.scale) as f32,
         }
     }
 

@@ -2,8 +2,9 @@
 
 use super::super::layered_plate::LayeredPlate;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Side of the blocks whose range of depth is known, px.
+/// Side of the blocks whose range of depth is known, on a grid fixed to the frame, px.
 const BLOCK_PX: usize = 16;
 
 /// The surfaces nearer than a light that its rays pass.
@@ -17,6 +18,8 @@ pub(super) struct NearerSurfaces<'a> {
 /// The nearest and the farthest surface of each block of a plate.
 #[derive(Default)]
 pub(super) struct SurfaceBlocks {
+    /// Pixels of the first block that lie outside the plate, along x and y.
+    before: [usize; 2],
     columns: usize,
     rows: usize,
     /// Layer coordinates of the farthest and the nearest pixel, row-major.
@@ -27,25 +30,32 @@ pub(super) struct SurfaceBlocks {
 
 impl SurfaceBlocks {
     pub(super) fn new(input: &LayeredPlate) -> Self {
-        let columns = input.width.div_ceil(BLOCK_PX);
-        let bands = input.coordinates.par_chunks(input.width * BLOCK_PX);
-        let band = |band: &[f32]| {
+        let before = input.origin.map(|at| at % BLOCK_PX);
+        let columns = (input.width + before[0]).div_ceil(BLOCK_PX);
+        let rows = (input.height + before[1]).div_ceil(BLOCK_PX);
+        let band = |band: usize| {
+            let first = |band: usize| {
+                (band * BLOCK_PX)
+                    .saturating_sub(before[1])
+                    .min(input.height)
+            };
+            let lines = input.width * first(band)..input.width * first(band + 1);
             let mut ranges = vec![(f32::INFINITY, f32::NEG_INFINITY); columns];
-            for line in band.chunks_exact(input.width) {
-                for (range, block) in ranges.iter_mut().zip(line.chunks(BLOCK_PX)) {
-                    for at in block {
-                        *range = (range.0.min(*at), range.1.max(*at));
-                    }
+            for line in input.coordinates[lines].chunks_exact(input.width) {
+                for (column, at) in line.iter().enumerate() {
+                    let range = &mut ranges[(column + before[0]) / BLOCK_PX];
+                    *range = (range.0.min(*at), range.1.max(*at));
                 }
             }
             ranges
         };
-        let bands: Vec<_> = bands.map(band).collect();
+        let bands: Vec<_> = (0..rows).into_par_iter().map(band).collect();
         let ranges = bands.concat();
         let nearest = ranges.iter().map(|range| range.1);
         Self {
+            before,
             columns,
-            rows: bands.len(),
+            rows,
             nearest: nearest.fold(f32::NEG_INFINITY, f32::max),
             ranges,
         }
@@ -59,12 +69,13 @@ impl SurfaceBlocks {
         }
         let farthest = |at: f32| (nearer.reach_px)(at).max((nearer.reach_px)(nearer.from));
         let widest = farthest(self.nearest);
-        let blocks = |at: f64, count: usize| {
-            let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
-            block(at - widest)..block(at + widest) + 1
-        };
-        for row in blocks(middle.1, self.rows) {
-            for column in blocks(middle.0, self.columns) {
+        // In the pixels of the first block.
+        let middle = (
+            middle.0 + self.before[0] as f64,
+            middle.1 + self.before[1] as f64,
+        );
+        for row in blocks_within(middle.1, widest, self.rows) {
+            for column in blocks_within(middle.0, widest, self.columns) {
                 let (_, high) = self.ranges[row * self.columns + column];
                 if high < nearer.from {
                     continue;
@@ -90,13 +101,10 @@ impl SurfaceBlocks {
         reach_px: f64,
         layers: &[f32],
     ) -> impl Iterator<Item = f32> {
-        let blocks = |at: f64, count: usize| {
-            let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
-            block(at - reach_px)..block(at + reach_px) + 1
-        };
         let mut found = vec![false; layers.len()];
-        for row in blocks(middle.1, self.rows) {
-            for column in blocks(middle.0, self.columns) {
+        let [x, y] = self.before.map(|before| before as f64);
+        for row in blocks_within(middle.1 + y, reach_px, self.rows) {
+            for column in blocks_within(middle.0 + x, reach_px, self.columns) {
                 let (low, high) = self.ranges[row * self.columns + column];
                 for (found, at) in found.iter_mut().zip(layers) {
                     *found |= *at > low - 1.0 && *at < high + 1.0;
@@ -110,13 +118,21 @@ impl SurfaceBlocks {
     /// Returns whether the layer at coordinate `layer` may hold any of these `columns` and `rows` of pixels, ends included. Pixels beyond
     /// the plate are those at its edge.
     pub(super) fn may_hold(&self, columns: [i64; 2], rows: [i64; 2], layer: f32) -> bool {
-        let block = |at: i64, count: usize| (at.max(0) as usize / BLOCK_PX).min(count - 1);
-        let [left, right] = columns.map(|at| block(at, self.columns));
-        let [top, bottom] = rows.map(|at| block(at, self.rows));
+        let block = |at: i64, axis: usize, count: usize| {
+            ((at.max(0) as usize + self.before[axis]) / BLOCK_PX).min(count - 1)
+        };
+        let [left, right] = columns.map(|at| block(at, 0, self.columns));
+        let [top, bottom] = rows.map(|at| block(at, 1, self.rows));
         (top..=bottom).any(|row| {
             let row = &self.ranges[row * self.columns..];
             let mut ranges = row[left..=right].iter();
             ranges.any(|(low, high)| *low < layer + 1.0 && *high > layer - 1.0)
         })
     }
+}
+
+/// Returns those of `count` blocks that lie within `reach_px` of a position.
+fn blocks_within(at: f64, reach_px: f64, count: usize) -> Range<usize> {
+    let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
+    block(at - reach_px)..block(at + reach_px) + 1
 }

@@ -97,3 +97,39 @@ fn windows_are_parts_of_the_whole() {
         }
     }
 }
+
+#[test]
+fn crops_of_a_plate_have_its_lights_and_hidden_samples() {
+    const FIRST: [usize; 2] = [13, 21];
+    let (pass, light) = (vergences(), light());
+    let whole = Scene {
+        width: WIDTH,
+        height: HEIGHT,
+        ..scene(&EVEN, VergencePass::PerPixel(&pass))
+    };
+    let window = RenderWindow {
+        column: FIRST[0],
+        row: FIRST[1],
+        width: WIDTH - FIRST[0],
+        height: HEIGHT - FIRST[1],
+    };
+    let cut = [&pass, &light].map(|samples| window.cut(WIDTH, samples));
+    let crop = Scene {
+        width: window.width,
+        height: window.height,
+        map: whole.map.moved(FIRST[0] as f64, FIRST[1] as f64),
+        ..scene(&EVEN, VergencePass::PerPixel(&cut[0]))
+    };
+    let of_whole = render(Occlusion::default(), &whole, &[plane(&light, RED)]).swap_remove(0);
+    let of_crop = render(Occlusion::default(), &crop, &[plane(&cut[1], RED)]).swap_remove(0);
+    // Away from the borders that the crop adds.
+    let inside = |first: [usize; 2]| RenderWindow {
+        column: 120 - first[0],
+        row: 80 - first[1],
+        width: WIDTH - 120,
+        height: HEIGHT - 80,
+    };
+    let expected = inside([0, 0]).cut(WIDTH, &of_whole);
+    let difference = largest_difference(&inside(FIRST).cut(window.width, &of_crop), &expected);
+    assert!(difference < 1e-4, "{difference:e}");
+}
