@@ -121,7 +121,7 @@ fn configs_load_from_files_and_from_opencolorio() {
 fn unreadable_configs_are_reported_with_a_remedy() {
     let text = message(Config::load(&Source::named("nowhere/config.ocio")));
     assert!(
-        text.contains("nowhere/config.ocio") && text.contains("--ocio"),
+        text.contains("nowhere/config.ocio") && text.contains("check the path of the config"),
         "{text}"
     );
     let text = message(Config::load(&Source::named("ocio://no-such-config")));

@@ -28,6 +28,7 @@ mod outliers;
 pub(super) mod parameters;
 pub(super) mod parts;
 mod pixel_problem;
+mod pupil_sign;
 mod registered_centroids;
 mod report;
 mod score;

@@ -115,7 +115,7 @@ pub(in crate::fit) struct ParameterLayout {
     middle: f64,
     half: f64,
     /// Index of the first parameter of each polynomial and channel.
-    starts: Vec<Vec<usize>>,
+    pub(super) starts: Vec<Vec<usize>>,
     /// See [`ScenePoint::stop_lever_m`].
     stop_lever_m: f64,
 }
@@ -290,54 +290,6 @@ impl ParameterLayout {
             effect.apply(&values, point, &mut pupil);
         }
         pupil
-    }
-
-    /// Chooses between the two equivalent signs of the pupil: alpha rises with vergence, or at a single
-    /// distance delta is not negative. For models without effects.
-    pub(in crate::fit) fn normalise_signs(&self, theta: &mut [f64]) {
-        for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
-            let number = |quantity, power| {
-                self.free_parameters_of(channel).into_iter().find(|&k| {
-                    let Parameter::Coefficient {
-                        quantity: q,
-                        power: p,
-                        ..
-                    } = self.parameters[k]
-                    else {
-                        return false;
-                    };
-                    q == quantity && p == power
-                })
-            };
-            let sign = number(Quantity::Alpha, 1).or_else(|| number(Quantity::Delta, 0));
-            if sign.is_none_or(|k| theta[k] >= 0.0) {
-                continue;
-            }
-            self.turn_signs(theta, channel);
-        }
-    }
-
-    /// Gives the pupil the sign for which defocus at vergence `v` has that of `defocus`. For models without effects.
-    pub(in crate::fit) fn take_sign_of(&self, theta: &mut [f64], defocus: f64, v: f64) {
-        for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
-            let alpha = self.value(theta, Quantity::Alpha, channel, v);
-            if alpha.is_some_and(|alpha| alpha * defocus < 0.0) {
-                self.turn_signs(theta, channel);
-            }
-        }
-    }
-
-    /// Changes the sign of the pupil of `channel`, which leaves its PSFs as they are.
-    fn turn_signs(&self, theta: &mut [f64], channel: usize) {
-        for k in self.free_parameters_of(channel) {
-            if let Parameter::Coefficient {
-                quantity: Quantity::Alpha | Quantity::Beta | Quantity::Gamma | Quantity::Delta,
-                ..
-            } = self.parameters[k]
-            {
-                theta[k] = -theta[k];
-            }
-        }
     }
 
     /// Copies the parameters of `channel`.

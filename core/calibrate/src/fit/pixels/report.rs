@@ -159,7 +159,7 @@ pub(super) fn assemble(
     })
 }
 
-/// Gain of neighbours over the model from which on it is said, dB.
+/// Gain of neighbours over the model from which on it is reported, dB.
 const MIN_NEIGHBOURS_GAIN_DB: f64 = 0.5;
 
 /// Returns a remark where the nearest fitted tiles predict held-out ones better than the model does.

@@ -75,8 +75,8 @@ fn camera_data_that_contradict_the_psfs_are_refused_by_name() {
     let mut lens = planted(&mut SplitMix64::new(33));
     lens.alpha = VergenceSeries::new(ALPHA.to_vec());
     lens.beta = VergenceSeries::constant(1.4);
-    let told = observed(&lens, 12, 0.0, &mut SplitMix64::new(34));
-    set.observations = told.observations;
+    let clear = observed(&lens, 12, 0.0, &mut SplitMix64::new(34));
+    set.observations = clear.observations;
     let fit = fitted(&set);
     assert!((alpha(&fit, 2.0) - 4.0).abs() < 0.1, "{}", alpha(&fit, 2.0));
     let refused = |w: &String| w.contains("2 m") && w.contains("Check these three fields");
@@ -95,6 +95,6 @@ fn one_distance_gets_its_depth_law_from_the_camera() {
 
     let unknown = fitted(&set_at(&[2.0], Camera::default(), 0.0, 32));
     assert_eq!(alpha(&unknown, 2.0), alpha(&unknown, 6.0));
-    let told = unknown.warnings[0].contains("the same at every other distance");
-    assert!(told, "{:?}", unknown.warnings);
+    let stated = unknown.warnings[0].contains("the same at every other distance");
+    assert!(stated, "{:?}", unknown.warnings);
 }
