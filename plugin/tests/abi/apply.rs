@@ -68,7 +68,11 @@ fn render_by_renderers(image: &TestImage, vergence: VergencePass) -> Vec<Vec<f32
         .collect();
     let layered = LayeredRenderer {
         inner: &Gather::default(),
-        settings: Occlusion::default(),
+        settings: Occlusion {
+            // The fourth is alpha.
+            light_planes: Some(3),
+            ..Occlusion::default()
+        },
     };
     let rendered = layered.render(&scene, &planes, &no_progress);
     rendered.expect("a lens that can be drawn").planes
