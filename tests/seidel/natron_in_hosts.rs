@@ -132,6 +132,7 @@ fn the_panel_follows_the_work() {
             ("Output", ""),
             ("Render", "closed"),
             ("Remove", "closed"),
+            ("Relens", "closed"),
             ("Colour", "closed"),
         ];
         assert_eq!(groups, order, "{host}");
