@@ -245,7 +245,7 @@ impl<'a> FitContext<'a> {
             }
         }
         for trial in &mut tries {
-            self.normalise_signs(&layout, trial);
+            layout.normalise_signs(trial);
         }
         let noisy = self.tiles.iter().all(|t| t.sigma > 0.0);
         let pixels = MisfitSettings {
@@ -283,7 +283,7 @@ impl<'a> FitContext<'a> {
         let is_mosaic = self.tiles.iter().any(|t| t.is_mosaic);
         let noise_decides = is_mosaic || best.point.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
         let mut theta = best.point.theta;
-        self.normalise_signs(&layout, &mut theta);
+        layout.normalise_signs(&mut theta);
         if noise_decides {
             let fit = FittedLens {
                 layout,
@@ -295,18 +295,6 @@ impl<'a> FitContext<'a> {
         }
         let fit = self.refine(&layout, theta, Metric::NaturalSpectrum);
         Ok((fit, tries))
-    }
-
-    /// Chooses between the two equivalent signs of the pupil: that of the camera's data where all tiles are at one distance and they
-    /// tell it.
-    fn normalise_signs(&self, layout: &ParameterLayout, theta: &mut [f64]) {
-        layout.normalise_signs(theta);
-        if let ([v], Some(camera)) = (
-            &self.vergences[..],
-            defocus_starts::of_camera(&self.sets[0]),
-        ) {
-            layout.take_sign_of(theta, camera.reduced(*v).alpha, *v);
-        }
     }
 
     /// Minimises over all tiles, first with a lenient and then with a strict robust loss.

@@ -28,16 +28,6 @@ impl ParameterLayout {
         }
     }
 
-    /// Gives the pupil the sign for which defocus at vergence `v` has that of `defocus`. For models without effects.
-    pub(in crate::fit) fn take_sign_of(&self, theta: &mut [f64], defocus: f64, v: f64) {
-        for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
-            let alpha = self.value(theta, Quantity::Alpha, channel, v);
-            if alpha.is_some_and(|alpha| alpha * defocus < 0.0) {
-                self.turn_signs(theta, channel);
-            }
-        }
-    }
-
     /// Changes the sign of the pupil of `channel`, which leaves its PSFs as they are.
     fn turn_signs(&self, theta: &mut [f64], channel: usize) {
         for k in self.free_parameters_of(channel) {

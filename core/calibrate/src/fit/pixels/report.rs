@@ -71,7 +71,6 @@ pub(super) fn assemble(
 ) -> Result<PupilFit> {
     let first = &context.sets[0];
     let registered = registered_tiles(context, &fit);
-    let law_of_camera = one_distance::law_of_camera(context);
     let channels: Vec<PupilChannel> = context
         .channel_names()
         .iter()
@@ -86,9 +85,6 @@ pub(super) fn assemble(
             channel.measured_vergence = context.range;
             channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
             set_displacement(context, &registered, index, &mut channel);
-            if let Some(camera) = &law_of_camera {
-                one_distance::set_law(&mut channel, camera, context.range.0);
-            }
             channel
         })
         .collect();
@@ -123,7 +119,7 @@ pub(super) fn assemble(
         }
     });
     let mut warnings = Vec::new();
-    warnings.extend(one_distance::remark(context, law_of_camera.as_ref()));
+    warnings.extend(one_distance::remark(context));
     warnings.extend(coverage::remarks(&context.frame, context.measured));
     warnings.extend(lens.held_out.as_ref().and_then(neighbours_remark));
     if let Some(adequacy) = lens.adequacy().filter(|_| wrong) {
