@@ -77,15 +77,15 @@ impl Search<'_> {
     }
 
     fn two_planes(&self, estimates: &[Vec<f64>]) -> Option<Tried> {
-        self.from_estimates(Part::of(&effects::DoublePlane), estimates)
+        self.begun_at_estimates(Part::of(&effects::DoublePlane), estimates)
     }
 
     fn other_side(&self, estimates: &[Vec<f64>]) -> Option<Tried> {
-        self.from_estimates(Part::of(&effects::HigherOrder), estimates)
+        self.begun_at_estimates(Part::of(&effects::HigherOrder), estimates)
     }
 
     /// Returns the reduced lens of the best of `estimates` with `part`.
-    fn from_estimates(&self, part: Part, estimates: &[Vec<f64>]) -> Option<Tried> {
+    fn begun_at_estimates(&self, part: Part, estimates: &[Vec<f64>]) -> Option<Tried> {
         let reduced = self.context.reduced_layout();
         let layout = self.context.layout(part.added_to(&reduced.structure));
         let mut starts = estimates.to_vec();
