@@ -68,8 +68,8 @@ impl PreparedDepth {
         }
     }
 
-    /// Returns the distance of what a pixel of the plate shows: the median over a small disc about it, which noise and fine gaps do
-    /// not change. The plate is `width` columns wide, and holds the pixel.
+    /// Returns the object distance at a pixel: the median over a small disc around it, so that noise and fine gaps do not count. The
+    /// plate is `width` columns wide and holds the pixel.
     pub fn distance_at(&self, column: usize, row: usize, width: usize) -> ObjectDistance {
         let PlateVergence::PerPixel(reading) = &self.vergence else {
             return match self.source {

@@ -356,7 +356,7 @@ impl<'a> PlateReader<'a> {
         })
     }
 
-    /// Returns the distance of what `plate` shows at the pixel to focus on, if one is given.
+    /// Returns the object distance at the pixel to focus on; `None` if no pixel is given.
     ///
     /// # Errors
     /// A pixel beside the plate, and a plate without distance there.

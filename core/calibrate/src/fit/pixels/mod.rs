@@ -81,7 +81,7 @@ pub enum PupilModel {
     /// The five reduced numbers (third-order aberrations) and a symmetric blur.
     Reduced,
     /// Also fifth-order aberrations, and every part that improves held-out zones of the field: vignetting, blades, an
-    /// uneven pupil, decentred elements, seventh order, two planes of symmetry.
+    /// uneven pupil, decentred elements, a tilted sensor, seventh order, two planes of symmetry.
     Extended,
     /// [`PupilModel::Extended`] where the held-out pixel gap of [`PupilModel::Reduced`] is above 0.001 and the
     /// extended model gains at least 1 dB on the held-out PSFs; [`PupilModel::Reduced`] otherwise.
