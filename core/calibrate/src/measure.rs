@@ -222,7 +222,8 @@ pub(crate) mod tests {
     use super::*;
     use seidel_optics::observations::Observation;
 
-    /// Returns a set of discs with `radius`, in tiles of 15 px, at `places` of a frame of 1000 x 600 px.
+    /// Returns a set of discs with `radius`, in tiles of 15 px, at `places` of a frame of 1000 x 600 px, at infinity and at 2 m in
+    /// turn.
     pub(crate) fn discs(radius: f64, places: &[[f64; 2]]) -> ObservationSet {
         let frame = Frame::new(1000, 600, None).expect("a frame");
         let samples = (0..225).map(|k| {
@@ -232,12 +233,8 @@ pub(crate) mod tests {
         let tile = Tile::new(15, 15, samples.collect()).expect("light");
         let observations = places.iter().enumerate().map(|(k, [x, y])| {
             let at = ImagePoint::new(*x, *y);
-            Observation::new(
-                format!("{k}"),
-                at,
-                ObjectDistance::Infinity,
-                vec![tile.clone()],
-            )
+            let distance = [ObjectDistance::Infinity, ObjectDistance::Metres(2.0)][k % 2];
+            Observation::new(format!("{k}"), at, distance, vec![tile.clone()])
         });
         ObservationSet::new(frame, vec!["Y".into()], observations.collect())
     }

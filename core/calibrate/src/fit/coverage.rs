@@ -1,4 +1,4 @@
-//! Parts of the frame without a tile, where a fit extrapolates.
+//! Places and distances without a tile, where a fit extrapolates.
 
 use crate::measure::MeasuredTile;
 use seidel_optics::field::Frame;
@@ -6,73 +6,48 @@ use seidel_optics::field::Frame;
 /// Share of the frame's width or height from a border without a tile that is reported.
 const MAX_BARE_SHARE: f64 = 0.3;
 
-/// Returns a remark for each side of the frame that has no tile near it.
+/// Returns a remark for each side of the frame that has no tile near it, and one where all tiles are at one known distance.
 pub(super) fn remarks(frame: &Frame, tiles: &[MeasuredTile]) -> Vec<String> {
-    let sides = [
-        Side::new(
-            tiles,
-            |t| t.centroid.x_px,
-            f64::from(frame.width_px()),
-            ["left", "right"],
-            "x",
-        ),
-        Side::new(
-            tiles,
-            |t| t.centroid.y_px,
-            f64::from(frame.height_px()),
-            ["top", "bottom"],
-            "y",
-        ),
-    ];
-    sides.into_iter().flat_map(Side::remarks).collect()
+    let (width, height) = (f64::from(frame.width_px()), f64::from(frame.height_px()));
+    let mut remarks = Vec::from_iter(one_distance(tiles));
+    remarks.extend(bare_sides("x", ["left", "right"], width, || {
+        tiles.iter().map(|t| t.centroid.x_px)
+    }));
+    remarks.extend(bare_sides("y", ["top", "bottom"], height, || {
+        tiles.iter().map(|t| t.centroid.y_px)
+    }));
+    remarks
 }
 
-/// The extent of the tiles along one axis of a frame.
-struct Side {
-    least: f64,
-    most: f64,
+fn one_distance(tiles: &[MeasuredTile]) -> Option<String> {
+    let distance = tiles.first()?.distance;
+    distance.vergence_per_m()?;
+    let is_only = tiles.iter().all(|tile| tile.distance == distance);
+    is_only.then(|| {
+        format!(
+            "all PSFs are at {distance}: the blur is the same at every other distance, and focus cannot change it. Add a set at a second and a third distance"
+        )
+    })
+}
+
+/// Returns a remark for each of the two `sides` of a frame of `size` px along `axis` that is bare of `places`.
+fn bare_sides<P: Iterator<Item = f64>>(
+    axis: &str,
+    [first, last]: [&str; 2],
     size: f64,
-    names: [&'static str; 2],
-    axis: &'static str,
-}
-
-impl Side {
-    fn new(
-        tiles: &[MeasuredTile],
-        place: impl Fn(&MeasuredTile) -> f64,
-        size: f64,
-        names: [&'static str; 2],
-        axis: &'static str,
-    ) -> Self {
-        let places = || tiles.iter().map(&place);
-        Self {
-            least: places().fold(f64::INFINITY, f64::min),
-            most: places().fold(f64::NEG_INFINITY, f64::max),
-            size,
-            names,
-            axis,
-        }
-    }
-
-    fn remarks(self) -> Vec<String> {
-        let [first, last] = self.names;
-        let mut remarks = Vec::new();
-        let bare = MAX_BARE_SHARE * self.size;
-        let extrapolated = "the blur there is extrapolated. Add PSFs there";
-        if self.least > bare && self.least.is_finite() {
-            remarks.push(format!(
-                "no PSF lies near the {first} of the frame, before {} = {:.0} px of {:.0}: {extrapolated}",
-                self.axis, self.least, self.size
-            ));
-        }
-        if self.most < self.size - bare && self.most.is_finite() {
-            remarks.push(format!(
-                "no PSF lies near the {last} of the frame, beyond {} = {:.0} px of {:.0}: {extrapolated}",
-                self.axis, self.most, self.size
-            ));
-        }
-        remarks
-    }
+    places: impl Fn() -> P,
+) -> Vec<String> {
+    let least = places().fold(f64::INFINITY, f64::min);
+    let most = places().fold(f64::NEG_INFINITY, f64::max);
+    let remark = |side: &str, from: &str, at: f64| {
+        format!(
+            "no PSF lies near the {side} of the frame, {from} {axis} = {at:.0} px of {size:.0}: the blur there is extrapolated. Add PSFs there"
+        )
+    };
+    let bare = MAX_BARE_SHARE * size;
+    let of_first = (least.is_finite() && least > bare).then(|| remark(first, "before", least));
+    let of_last = (most.is_finite() && most < size - bare).then(|| remark(last, "beyond", most));
+    of_first.into_iter().chain(of_last).collect()
 }
 
 #[cfg(test)]

@@ -4,29 +4,18 @@
 //! without those of the held-out zones. Of the parts that are worth their parameters, and lower the misfit of the held-out zones
 //! nearly as much as the best does, the one with the fewest parameters is added, as long as there is one.
 
-use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, subsample};
+use super::context::{BETWEEN, FitContext, FittedLens};
 use super::focus_side::{self, FocusSide};
 use super::leading_part::{self, PLAIN_GAIN};
 use super::named;
 use super::parameters::{ParameterLayout, Quantity};
+use super::part_trial::{Split, Tried, all_misfit};
 use super::parts::{self, Part};
-use super::tile_equations::{FitTile, MisfitSettings};
 use super::vergence_law::{self, Refit};
-use crate::fit::holdout;
-use crate::least_squares::Stop;
 use crate::stage::Stage;
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::Result;
-use seidel_optics::psf::pupil::Detail;
 
-/// Tiles per channel on which parts are compared.
-const TRIAL_TILES: usize = 60;
-/// Starts of a part that are compared by short fits; where there are more, by their misfit alone.
-const MAX_STARTS: usize = 6;
-/// Tiles and stop criteria of these comparisons.
-pub(super) const SCREENING_TILES: usize = 24;
-const MISFIT_TILES: usize = 8;
-const SCREENING: Stop = Stop::at_decrease(3, 1e-2);
 /// Decrease of the mean log misfit of held-out zones that the symmetric blur must reach.
 const BLUR_WORTH: f64 = 0.01;
 /// Increase of the mean log misfit of held-out zones at which a part is not tried again.
@@ -50,8 +39,8 @@ const POOR_MISFIT: f64 = -4.6;
 /// An extended lens.
 pub(super) struct Extended {
     pub(super) fit: FittedLens,
-    /// The side of focus where the camera's data and the PSFs disagree, and parts that the tiles are too few for, in words.
-    pub(super) notes: Vec<String>,
+    /// Parts that the tiles are too few for, in words.
+    pub(super) held_back: Vec<String>,
 }
 
 /// Adds fifth-order aberrations, then every part that improves held-out zones. `estimates` are those of the reduced model,
@@ -71,21 +60,16 @@ pub(super) fn extend(
         fit = context.refine_between(&tried.layout, tried.theta, fit.metric);
     }
     stage.reach(PLANES_SHARE)?;
-    let mut notes = Vec::new();
     let parts_stage = stage.part(PLANES_SHARE, PARTS_SHARE);
     fit = match FocusSide::of_camera_if_other(context, &fit) {
         None => split.with_parts(context, fit, parts_stage)?,
-        Some(side) => {
-            let (best, note) = split.better_side(context, fit, &side, parts_stage)?;
-            notes.push(note);
-            best
-        }
+        Some(side) => split.better_side(context, fit, &side, parts_stage)?,
     };
     stage.reach(PARTS_SHARE)?;
     fit = split.without_needless_blur(context, fit);
     fit = context.refine_strictly(fit);
     let too_many = further_parts().filter(|part| !part.is_determined_by(context.tiles.len()));
-    notes.extend(too_many.map(|part| {
+    let held_back = too_many.map(|part| {
         format!(
             "{}: not tried, because the {} parameters need {} tiles, over the whole field, and there are {}",
             named(part.effect.id()),
@@ -93,8 +77,11 @@ pub(super) fn extend(
             part.least_tiles(),
             context.tiles.len()
         )
-    }));
-    Ok(Extended { notes, fit })
+    });
+    Ok(Extended {
+        held_back: held_back.collect(),
+        fit,
+    })
 }
 
 /// Returns the parts that are tried after fifth-order aberrations.
@@ -117,156 +104,7 @@ fn with_higher_order(context: &FitContext, fit: FittedLens) -> FittedLens {
     context.refine_between(&layout, theta, fit.metric)
 }
 
-/// Returns the mean log misfit of all tiles fitted.
-pub(super) fn all_misfit(context: &FitContext, fit: &FittedLens) -> f64 {
-    let settings = Split::settings(fit);
-    let all = context.all();
-    mean_log(&vergence_law::misfits(
-        context,
-        &fit.layout,
-        &fit.theta,
-        &all,
-        settings,
-    ))
-}
-
-/// Returns the mean logarithm of `misfits`.
-fn mean_log(misfits: &[f64]) -> f64 {
-    misfits.iter().map(|m| m.max(1e-12).ln()).sum::<f64>() / misfits.len().max(1) as f64
-}
-
-/// A lens with one more part, fitted to few tiles.
-pub(super) struct Tried {
-    last: Part,
-    pub(super) layout: ParameterLayout,
-    pub(super) theta: Vec<f64>,
-    /// Mean log misfit of held-out zones.
-    pub(super) missed: f64,
-}
-
-/// The tiles on which parts are fitted and those on which they are compared.
-pub(super) struct Split<'a> {
-    pub(super) fitted: Vec<&'a FitTile>,
-    check: Vec<&'a FitTile>,
-}
-
-impl<'a> Split<'a> {
-    fn new(context: &'a FitContext) -> Self {
-        let all = context.all();
-        let places: Vec<_> = all.iter().map(|t| t.at).collect();
-        let held_out = holdout::held_out_mask(&context.frame, &places);
-        let of = |wanted: bool| -> Vec<&FitTile> {
-            let pairs = all.iter().zip(&held_out);
-            pairs
-                .filter(|(_, out)| **out == wanted)
-                .map(|(t, _)| *t)
-                .collect()
-        };
-        let count = TRIAL_TILES * context.channel_names().len();
-        let (fitted, check) = (of(false), of(true));
-        Self {
-            // Sets too small for zones are compared on the tiles fitted.
-            check: subsample(if check.is_empty() { &fitted } else { &check }, count),
-            fitted: subsample(&fitted, count),
-        }
-    }
-
-    pub(super) fn settings(fit: &FittedLens) -> MisfitSettings {
-        MisfitSettings {
-            metric: fit.metric,
-            detail: Detail::COARSE,
-            tolerance: LENIENT_TOLERANCE,
-        }
-    }
-
-    /// Returns the mean log misfit of held-out zones for `fit`.
-    pub(super) fn misfit(&self, context: &FitContext, fit: &FittedLens) -> f64 {
-        self.missed(context, &fit.layout, &fit.theta, Self::settings(fit))
-    }
-
-    fn missed(
-        &self,
-        context: &FitContext,
-        layout: &ParameterLayout,
-        theta: &[f64],
-        settings: MisfitSettings,
-    ) -> f64 {
-        let misfits = vergence_law::misfits(context, layout, theta, &self.check, settings);
-        mean_log(&misfits)
-    }
-
-    /// Fits `fit` with `part` from the best of its starts; `None` where none lowers the misfit, and where the tiles are too
-    /// few for its parameters.
-    pub(super) fn trial(
-        &self,
-        context: &FitContext,
-        fit: &FittedLens,
-        part: Part,
-    ) -> Option<Tried> {
-        if !part.is_determined_by(context.tiles.len()) {
-            return None;
-        }
-        let layout = context.layout(part.added_to(&fit.layout.structure));
-        let start = layout.transfer(&fit.layout, &fit.theta);
-        let which = fit.layout.structure.effects.len();
-        let settings = Self::settings(fit);
-        let descend = |tiles: &[&FitTile], theta: &[f64], stop| {
-            let found = context.descend(&layout, tiles, theta, settings, stop);
-            (found.point.mean_log_misfit(), found.point.theta)
-        };
-        let begin = |values: &Vec<f64>| {
-            let mut theta = start.clone();
-            for (k, value) in values.iter().enumerate() {
-                layout.set_constant_in_all(&mut theta, Quantity::Effect(which, k), *value);
-            }
-            theta
-        };
-        let starts: Vec<Vec<f64>> = (part.fit.starts)().iter().map(begin).collect();
-        let start = if starts.len() > MAX_STARTS {
-            // Where none lowers the misfit before it is fitted, the part is not there. Narrow PSFs do not show stops.
-            let wide = self.fitted.iter().filter(|tile| !tile.centroid_unknown);
-            let few = subsample(&wide.copied().collect::<Vec<_>>(), MISFIT_TILES);
-            let misfit = |layout: &ParameterLayout, theta: &[f64]| {
-                mean_log(&vergence_law::misfits(
-                    context, layout, theta, &few, settings,
-                ))
-            };
-            let before = misfit(&fit.layout, &fit.theta);
-            let screened = starts.iter().map(|theta| (misfit(&layout, theta), theta));
-            let (least, best) = screened.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            if least >= before {
-                return None;
-            }
-            best.clone()
-        } else if starts.len() > 1 {
-            let few = subsample(&self.fitted, SCREENING_TILES);
-            let screened = starts.iter().map(|theta| descend(&few, theta, SCREENING));
-            screened.min_by(|a, b| a.0.total_cmp(&b.0))?.1
-        } else {
-            starts.into_iter().next()?
-        };
-        Some(self.fitted_from(context, part, layout, &start, settings))
-    }
-
-    /// Fits the lens of `layout`, of which `part` is the last, from `start`.
-    pub(super) fn fitted_from(
-        &self,
-        context: &FitContext,
-        part: Part,
-        layout: ParameterLayout,
-        start: &[f64],
-        settings: MisfitSettings,
-    ) -> Tried {
-        let found = context.descend(&layout, &self.fitted, start, settings, BETWEEN);
-        let theta = found.point.theta;
-        Tried {
-            last: part,
-            missed: self.missed(context, &layout, &theta, settings),
-            layout,
-            theta,
-        }
-    }
-
+impl Split<'_> {
     /// Adds fifth-order aberrations, then every other part that is worth its parameters.
     fn with_parts(
         &self,
@@ -285,36 +123,30 @@ impl<'a> Split<'a> {
     }
 
     /// Returns `fit` with all its parts, or the lens on the side of focus that the camera's data tell, whichever describes held-out
-    /// zones better; and in words which it was.
+    /// zones better.
     fn better_side(
         &self,
         context: &FitContext,
         fit: FittedLens,
         side: &FocusSide,
         stage: Stage,
-    ) -> Result<(FittedLens, String)> {
+    ) -> Result<FittedLens> {
         let ours = with_higher_order(context, fit);
         let held = with_higher_order(context, side.held());
         let [before, held_before] = [&ours, &held].map(|fit| self.misfit(context, fit));
         if held_before > before + PLAIN_GAIN {
-            let ours = self.with_parts(context, ours, stage)?;
-            return Ok((ours, side.refused_in_words()));
+            return self.with_parts(context, ours, stage);
         }
         let held = self.with_parts(context, held, stage.part(0.0, SIDE_SHARE))?;
         let free = focus_side::freed(context, held);
         let theirs = self.add_parts(context, free, stage.part(SIDE_SHARE, SIDE_SHARE))?;
         let missed = self.misfit(context, &theirs);
         if missed < before - PLAIN_GAIN {
-            return Ok((theirs, side.taken_in_words()));
+            return Ok(theirs);
         }
         let ours = self.with_parts(context, ours, stage.part(SIDE_SHARE, 1.0))?;
-        Ok(
-            if focus_side::is_as_good(missed, self.misfit(context, &ours)) {
-                (theirs, side.taken_in_words())
-            } else {
-                (ours, side.refused_in_words())
-            },
-        )
+        let is_theirs = focus_side::is_as_good(missed, self.misfit(context, &ours));
+        Ok(if is_theirs { theirs } else { ours })
     }
 
     /// Adds the best part, until none is worth its parameters.

@@ -5,9 +5,9 @@
 
 use super::context::{FitContext, FittedLens, INITIAL_BLUR_PX2};
 use super::defocus_starts;
-use super::extended::all_misfit;
 use super::metric::Metric;
 use super::parameters::Quantity;
+use super::part_trial::all_misfit;
 use crate::fit::initial::InitialEstimate;
 use seidel_optics::distance::ObjectDistance;
 
@@ -68,46 +68,46 @@ impl<'a> FocusSide<'a> {
         context.refine_between(&layout, theta, Metric::NaturalSpectrum)
     }
 
-    /// Returns the decision for the camera's data in words.
-    pub(super) fn taken_in_words(&self) -> String {
-        format!(
-            "focal length, f-number and focus distance of the set put {} on the other side of focus than moments alone do. That side was taken: the model describes the PSFs as well there, or better",
-            self.places()
-        )
-    }
-
-    /// Returns the decision against them in words.
-    pub(super) fn refused_in_words(&self) -> String {
-        format!(
-            "focal length, f-number and focus distance of the set put {} on the other side of focus than the lens does, which describes held-out places better. Check these three fields of the manifest",
-            self.places()
-        )
-    }
-
     fn places(&self) -> String {
         let distances: Vec<String> = self.distances.iter().map(ToString::to_string).collect();
         distances.join(", ")
     }
 }
 
-/// Returns the reduced lens `fit` on the side of focus that the camera's data tell, if it describes the tiles as well there; with
-/// the decision in words.
-pub(super) fn settled(context: &FitContext, fit: FittedLens) -> (FittedLens, Option<String>) {
+/// Returns the reduced lens `fit` on the side of focus that the camera's data tell, if it describes the tiles as well there.
+pub(super) fn settled(context: &FitContext, fit: FittedLens) -> FittedLens {
     let Some(side) = FocusSide::of_camera_if_other(context, &fit) else {
-        return (fit, None);
+        return fit;
     };
     let theirs = freed(context, side.held());
     let theirs = context.refine(&theirs.layout, theirs.theta, fit.metric);
-    if is_as_good(all_misfit(context, &theirs), all_misfit(context, &fit)) {
-        (theirs, Some(side.taken_in_words()))
-    } else {
-        (fit, Some(side.refused_in_words()))
-    }
+    let is_theirs = is_as_good(all_misfit(context, &theirs), all_misfit(context, &fit));
+    if is_theirs { theirs } else { fit }
 }
 
 /// Returns whether the camera's side, with the mean log misfit `theirs`, is taken rather than that with `ours`.
 pub(super) fn is_as_good(theirs: f64, ours: f64) -> bool {
     theirs < ours + MAX_LOSS
+}
+
+/// Returns in words whether `fit` follows the camera's data, where it or `by_moments`, the first fit, contradicts them.
+pub(super) fn remark(
+    context: &FitContext,
+    by_moments: &FittedLens,
+    fit: &FittedLens,
+) -> Option<String> {
+    const DATA: &str = "focal length, f-number and focus distance of the set put";
+    if let Some(refused) = FocusSide::of_camera_if_other(context, fit) {
+        return Some(format!(
+            "{DATA} {} on the other side of focus than the lens does, which describes the PSFs better. Check these three fields of the manifest",
+            refused.places()
+        ));
+    }
+    let taken = FocusSide::of_camera_if_other(context, by_moments)?;
+    Some(format!(
+        "{DATA} {} on the other side of focus than moments alone do. That side was taken: the lens describes the PSFs as well there, or better",
+        taken.places()
+    ))
 }
 
 /// Returns `fit` with its defocus free again.

@@ -4,10 +4,10 @@
 //! estimates, or from the sizes of tiles.
 
 use super::context::{FitContext, FittedLens, INITIAL_BLUR_PX2, QUICK, subsample};
-use super::defocus_starts;
-use super::extended::{SCREENING_TILES, Split, Tried};
 use super::parameters::{ParameterLayout, Quantity};
+use super::part_trial::{SCREENING_TILES, Split, Tried};
 use super::parts::Part;
+use super::tilt_search;
 use seidel_optics::effects;
 
 /// Starts of a part that are fitted in full.
@@ -114,7 +114,7 @@ impl Search<'_> {
         let measured: Vec<_> = (self.split.fitted.iter())
             .map(|tile| &context.measured[tile.measured])
             .collect();
-        let starts = defocus_starts::tilted(&context.frame, &measured)
+        let starts = tilt_search::tilted(&context.frame, &measured)
             .into_iter()
             .map(|start| {
                 let mut theta = vec![0.0; layout.parameters.len()];

@@ -23,9 +23,9 @@ mod leading_part;
 pub(super) mod lens_equations;
 mod metric;
 mod noise_weights;
-mod one_distance;
 mod outliers;
 pub(super) mod parameters;
+mod part_trial;
 pub(super) mod parts;
 mod pixel_problem;
 mod pupil_sign;
@@ -35,6 +35,7 @@ mod score;
 #[cfg(test)]
 mod tests;
 mod tile_equations;
+mod tilt_search;
 mod vergence_law;
 
 pub use covariance::{Correlation, PoorlyDetermined};
@@ -167,8 +168,8 @@ fn fit_in_stages(
     }
     let held_out = held_out_tiles(sets, &measured, &frame, settings);
     let mut context = FitContext::new(sets, settings, frame, &measured, held_out);
-    let (fit, estimates) = context.fit_reduced(stages.reduced)?;
-    let (mut fit, side) = focus_side::settled(&context, fit);
+    let (by_moments, estimates) = context.fit_reduced(stages.reduced)?;
+    let mut fit = focus_side::settled(&context, by_moments.clone());
     fit = vergence_law::choose(
         &context,
         fit,
@@ -176,10 +177,9 @@ fn fit_in_stages(
         vergence_law::Refit::Full,
         stages.reduced_law,
     )?;
-    let mut notes = Vec::from_iter(side);
+    let mut held_back = Vec::new();
     if settings.model == PupilModel::Extended {
-        // Its parts decide anew on the side of focus.
-        Extended { fit, notes } = extended::extend(&context, fit, &estimates, stages.extended)?;
+        Extended { fit, held_back } = extended::extend(&context, fit, &estimates, stages.extended)?;
     }
     if settings.axis == AxisChoice::Free {
         fit = context.free_axis(fit);
@@ -191,7 +191,10 @@ fn fit_in_stages(
         stages.reduced_scored
     };
     let mut reduced = finish(&context, fit.clone(), &rejected, scored)?;
-    reduced.warnings.extend(notes);
+    reduced
+        .warnings
+        .extend(focus_side::remark(&context, &by_moments, &fit));
+    reduced.warnings.extend(held_back);
     let short = |f: &PupilFit| {
         (f.lens.held_out.as_ref())
             .filter(|h| h.pixel_gap > MAX_REDUCED_GAP)
@@ -201,12 +204,14 @@ fn fit_in_stages(
         check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     };
-    let Extended { mut fit, notes } = extended::extend(&context, fit, &estimates, stages.extended)?;
+    let Extended { mut fit, held_back } =
+        extended::extend(&context, fit, &estimates, stages.extended)?;
     if settings.axis == AxisChoice::Free {
         // The parts may have moved it, or begun from estimates without it.
         fit = context.free_axis(fit);
         context.move_frame_to_axis(&mut fit)?;
     }
+    let side = focus_side::remark(&context, &by_moments, &fit);
     let mut extended = finish(&context, fit, &rejected, stages.extended_scored)?;
     let gained = extended
         .lens
@@ -227,7 +232,8 @@ fn fit_in_stages(
             .collect::<Vec<_>>()
             .join(", ")
     ));
-    extended.warnings.extend(notes);
+    extended.warnings.extend(side);
+    extended.warnings.extend(held_back);
     Ok(extended)
 }
 

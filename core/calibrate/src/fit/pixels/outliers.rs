@@ -17,17 +17,14 @@ pub(super) struct Scored<'a> {
 }
 
 /// An outlying tile.
-pub(super) struct Outlier {
-    pub(super) set: usize,
-    pub(super) observation: usize,
-    pub(super) channel: usize,
-    file: String,
+pub(super) struct Outlier<'a> {
+    pub(super) measured: &'a MeasuredTile,
     excess_gap: f64,
     median: f64,
 }
 
 /// Returns the outlying tiles among `tiles`.
-pub(super) fn of<'a>(tiles: impl Iterator<Item = Scored<'a>>) -> Vec<Outlier> {
+pub(super) fn of<'a>(tiles: impl Iterator<Item = Scored<'a>>) -> Vec<Outlier<'a>> {
     let tiles: Vec<Scored> = tiles.collect();
     let mut gaps: Vec<f64> = tiles.iter().map(|tile| tile.excess_gap).collect();
     let median = median(&mut gaps).max(0.0);
@@ -35,10 +32,7 @@ pub(super) fn of<'a>(tiles: impl Iterator<Item = Scored<'a>>) -> Vec<Outlier> {
     let strange = tiles.iter().filter(|tile| tile.excess_gap > least);
     let found: Vec<Outlier> = strange
         .map(|tile| Outlier {
-            set: tile.measured.set,
-            observation: tile.measured.observation,
-            channel: tile.measured.channel,
-            file: tile.measured.file.clone(),
+            measured: tile.measured,
             excess_gap: tile.excess_gap,
             median,
         })
@@ -49,15 +43,15 @@ pub(super) fn of<'a>(tiles: impl Iterator<Item = Scored<'a>>) -> Vec<Outlier> {
     found
 }
 
-impl Outlier {
+impl Outlier<'_> {
     /// Returns the entry of the report; `names` are those of the channels.
     pub(super) fn rejection(self, names: &[String]) -> Rejection {
         let percent = |share: f64| format!("{:.2} %", 100.0 * share);
         Rejection {
-            set: self.set,
-            observation: self.observation,
-            file: self.file,
-            channel: names[self.channel].clone(),
+            set: self.measured.set,
+            observation: self.measured.observation,
+            file: self.measured.file.clone(),
+            channel: names[self.measured.channel].clone(),
             reason: format!(
                 "differs from the fitted lens by {} of its energy, half of all tiles by less than {}: it hardly counted in the fit, and not in its score",
                 percent(self.excess_gap),

@@ -3,7 +3,6 @@
 use super::context::{FitContext, FittedLens};
 use super::covariance::{Correlation, CovarianceEstimate, PoorlyDetermined};
 use super::metric::Metric;
-use super::one_distance;
 use super::parameters::Quantity;
 use super::registered_centroids::registered_tiles;
 use super::vergence_law::Remainder;
@@ -119,7 +118,6 @@ pub(super) fn assemble(
         }
     });
     let mut warnings = Vec::new();
-    warnings.extend(one_distance::remark(context));
     warnings.extend(coverage::remarks(&context.frame, context.measured));
     warnings.extend(lens.held_out.as_ref().and_then(neighbours_remark));
     if let Some(adequacy) = lens.adequacy().filter(|_| wrong) {

@@ -63,16 +63,10 @@ pub(super) fn held_out(context: &FitContext, lens: &LensProfile) -> Result<Optio
         })
     }));
     for group in &mut groups {
-        let is_lens = |tile: &Compared| {
-            let mut strange = outliers.iter().map(|o| (o.set, o.observation, o.channel));
-            let own = (
-                tile.measured.set,
-                tile.measured.observation,
-                tile.measured.channel,
-            );
-            !strange.any(|other| other == own)
-        };
-        group.tiles.retain(is_lens);
+        group.tiles.retain(|tile| {
+            let mut strange = outliers.iter();
+            !strange.any(|outlier| std::ptr::eq(outlier.measured, tile.measured))
+        });
     }
     let names = context.channel_names();
     let mut of_groups = Vec::new();
