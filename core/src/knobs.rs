@@ -31,7 +31,8 @@ impl Knob {
             look::KNOBS,
             render::KNOBS,
             removal::KNOBS,
-            sides::KNOBS,
+            sides::FROM,
+            sides::TO,
         ];
         tables.into_iter().flatten()
     }

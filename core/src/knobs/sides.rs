@@ -36,97 +36,76 @@ const fn row(
     .in_hosts(HostGroup::Relens, host)
 }
 
-pub(super) static KNOBS: &[Knob] = &[
-    row(
-        "from-focal-length-mm",
-        ["fromFocalLength", "From Focal Length"],
-        "Focal length of the lens that the plate was taken with",
-        FOCAL_LENGTH.knob(
-            AS_BOTH,
-            |settings| settings.from_controls.focal_length_mm,
-            |settings, value| settings.from_controls.focal_length_mm = Some(value),
-        ),
-        of_from,
-    ),
-    row(
-        "from-f-number",
-        ["fromFStop", "From F Stop"],
-        "F-number of the lens that the plate was taken with",
-        F_NUMBER.knob(
-            AS_BOTH,
-            |settings| settings.from_controls.f_number,
-            |settings, value| settings.from_controls.f_number = Some(value),
-        ),
-        of_from,
-    ),
-    row(
-        "from-sensor-shift-um",
-        ["fromSensorShift", "From Sensor Shift"],
-        "Shift of the sensor of the lens that the plate was taken with",
-        SENSOR_SHIFT.knob(
-            AS_BOTH,
-            |settings| settings.from_controls.sensor_shift_um,
-            |settings, value| settings.from_controls.sensor_shift_um = Some(value),
-        ),
-        of_from,
-    ),
-    row(
-        "from-focus-distance",
-        ["fromFocusDistance", "From Focus Distance"],
-        "Focus distance of the lens that the plate was taken with",
-        FOCUS_DISTANCE.knob(
-            AS_BOTH,
-            |settings| settings.from_controls.focus_distance.and_then(metres),
-            |settings, value| {
-                settings.from_controls.focus_distance = ObjectDistance::metres(value).ok()
-            },
-        ),
-        of_from,
-    ),
-    row(
-        "to-focal-length-mm",
-        ["toFocalLength", "To Focal Length"],
-        "Focal length of the lens whose blur the plate gets",
-        FOCAL_LENGTH.knob(
-            AS_BOTH,
-            |settings| settings.to_controls.focal_length_mm,
-            |settings, value| settings.to_controls.focal_length_mm = Some(value),
-        ),
-        of_to,
-    ),
-    row(
-        "to-f-number",
-        ["toFStop", "To F Stop"],
-        "F-number of the lens whose blur the plate gets",
-        F_NUMBER.knob(
-            AS_BOTH,
-            |settings| settings.to_controls.f_number,
-            |settings, value| settings.to_controls.f_number = Some(value),
-        ),
-        of_to,
-    ),
-    row(
-        "to-sensor-shift-um",
-        ["toSensorShift", "To Sensor Shift"],
-        "Shift of the sensor of the lens whose blur the plate gets",
-        SENSOR_SHIFT.knob(
-            AS_BOTH,
-            |settings| settings.to_controls.sensor_shift_um,
-            |settings, value| settings.to_controls.sensor_shift_um = Some(value),
-        ),
-        of_to,
-    ),
-    row(
-        "to-focus-distance",
-        ["toFocusDistance", "To Focus Distance"],
-        "Focus distance of the lens whose blur the plate gets",
-        FOCUS_DISTANCE.knob(
-            AS_BOTH,
-            |settings| settings.to_controls.focus_distance.and_then(metres),
-            |settings, value| {
-                settings.to_controls.focus_distance = ObjectDistance::metres(value).ok()
-            },
-        ),
-        of_to,
-    ),
-];
+/// The four rows of one side: the field of its controls, its word in names and in labels, what its
+/// lens is, and when it has an effect.
+macro_rules! rows {
+    ($controls:ident, $side:literal, $label:literal, $lens:literal, $has_effect:ident) => {
+        [
+            row(
+                concat!($side, "-focal-length-mm"),
+                [
+                    concat!($side, "FocalLength"),
+                    concat!($label, " Focal Length"),
+                ],
+                concat!("Focal length of the lens ", $lens),
+                FOCAL_LENGTH.knob(
+                    AS_BOTH,
+                    |settings| settings.$controls.focal_length_mm,
+                    |settings, value| settings.$controls.focal_length_mm = Some(value),
+                ),
+                $has_effect,
+            ),
+            row(
+                concat!($side, "-f-number"),
+                [concat!($side, "FStop"), concat!($label, " F Stop")],
+                concat!("F-number of the lens ", $lens),
+                F_NUMBER.knob(
+                    AS_BOTH,
+                    |settings| settings.$controls.f_number,
+                    |settings, value| settings.$controls.f_number = Some(value),
+                ),
+                $has_effect,
+            ),
+            row(
+                concat!($side, "-sensor-shift-um"),
+                [
+                    concat!($side, "SensorShift"),
+                    concat!($label, " Sensor Shift"),
+                ],
+                concat!("Shift of the sensor of the lens ", $lens),
+                SENSOR_SHIFT.knob(
+                    AS_BOTH,
+                    |settings| settings.$controls.sensor_shift_um,
+                    |settings, value| settings.$controls.sensor_shift_um = Some(value),
+                ),
+                $has_effect,
+            ),
+            row(
+                concat!($side, "-focus-distance"),
+                [
+                    concat!($side, "FocusDistance"),
+                    concat!($label, " Focus Distance"),
+                ],
+                concat!("Focus distance of the lens ", $lens),
+                FOCUS_DISTANCE.knob(
+                    AS_BOTH,
+                    |settings| settings.$controls.focus_distance.and_then(metres),
+                    |settings, value| {
+                        settings.$controls.focus_distance = ObjectDistance::metres(value).ok()
+                    },
+                ),
+                $has_effect,
+            ),
+        ]
+    };
+}
+
+pub(super) static FROM: &[Knob] = &rows!(
+    from_controls,
+    "from",
+    "From",
+    "that the plate was taken with",
+    of_from
+);
+
+pub(super) static TO: &[Knob] = &rows!(to_controls, "to", "To", "whose blur the plate gets", of_to);
