@@ -154,7 +154,7 @@ fn words(path: &Path, lens: &LensProfile) -> String {
     };
     let effects: BTreeSet<&str> = (lens.pupil_channels().iter())
         .flat_map(|channel| &channel.effects)
-        .map(|effect| effect.effect.id())
+        .map(|effect| effect.effect.description().title)
         .collect();
     let effects: Vec<_> = effects.into_iter().collect();
     let (width, height) = (lens.frame.width_px(), lens.frame.height_px());
@@ -190,6 +190,7 @@ fn words(path: &Path, lens: &LensProfile) -> String {
     if !provenance.sources.is_empty() {
         lines.push(format!("  measured in   {}", provenance.sources.join(", ")));
     }
+    lines.extend(lens.plane_of_focus().map(|plane| format!("\n{plane}")));
     lines.extend(lens.adequacy().map(|adequacy| format!("\n{adequacy}")));
     lines.join("\n").replacen("\n\n\n", "\n\n", 1)
 }
