@@ -3,11 +3,17 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{seidel, seidel_in, succeeds};
+use crate::support::{
+    seidel, seidel_in, succeeds, write_generated_set, write_plate, write_pupil_lens,
+};
 
-fn folder_with_demo() -> tempfile::TempDir {
+/// Returns a folder with a lens, a plate and the set `measured`.
+fn folder_with_files() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    succeeds(folder.path(), "demo @. --width 128");
+    let channels = ["R", "G", "B"];
+    write_pupil_lens(folder.path(), &channels);
+    write_plate(&folder.path().join("plate.exr"), 40, 30);
+    write_generated_set(folder.path(), "measured", &channels);
     folder
 }
 
@@ -98,7 +104,7 @@ fn names_of_other_programs_lead_to_the_option() {
 
 #[test]
 fn f_numbers_are_read_as_they_are_written_on_lenses() {
-    let folder = folder_with_demo();
+    let folder = folder_with_files();
     let render = |number: &str| {
         let line = "apply --lens @lens.json @plate.exr --no-provenance --quality draft";
         succeeds(
@@ -118,7 +124,7 @@ fn f_numbers_are_read_as_they_are_written_on_lenses() {
 
 #[test]
 fn negative_numbers_are_refused_for_what_they_are() {
-    let folder = folder_with_demo();
+    let folder = folder_with_files();
     let line = "apply --lens @lens.json @plate.exr -o @out.exr";
     for option in [
         "--distance",
@@ -136,7 +142,7 @@ fn negative_numbers_are_refused_for_what_they_are() {
 
 #[test]
 fn files_given_as_lenses_are_named_as_what_they_are() {
-    let folder = folder_with_demo();
+    let folder = folder_with_files();
     for (given, kind) in [
         ("plate.exr", "is a picture (OpenEXR), not a lens profile"),
         ("measured", "is an observation set, not a lens profile"),

@@ -18,6 +18,7 @@ use super::{CommandError, short_name, write_text};
 use crate::Console;
 use crate::pictures::shapes::shapes_picture;
 use crate::progress::ProgressArgs;
+use seidel_image_io::atomic::check_target;
 use seidel_image_io::error::FileError;
 use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::lens_profile;
@@ -76,6 +77,9 @@ enum Form {
 }
 
 pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandError> {
+    for path in args.plot.iter().chain(&args.shapes) {
+        check_target(path)?;
+    }
     let lens = lens_profile::read(&args.lens)?;
     let mut set = manifest::read(&args.observations, ReadOptions::default())?.set;
     args.choice.restrict(std::slice::from_mut(&mut set))?;

@@ -17,6 +17,7 @@ use super::tile_moments::MomentArgs;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
 use crate::progress::ProgressArgs;
+use seidel_image_io::atomic::check_target;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
@@ -86,6 +87,7 @@ pub(super) fn parse_axis(text: &str) -> Result<AxisChoice, String> {
 
 pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandError> {
     args.check()?;
+    check_target(&args.output)?;
     let (mut sets, skipped) = args.read_sets()?;
     for line in &skipped {
         console.note(format!("left out {line}"));

@@ -152,7 +152,7 @@ fn self_test() {
 
 #[test]
 fn kinds_and_cases_can_be_selected() {
-    let mut plan = plan(3, 5, Some(KindClass::TooSimple));
+    let mut plan = plan(3, 7, Some(KindClass::TooSimple));
     plan.only_case = Some(1);
     let test = run(&plan);
     let [result] = &test.cases[..] else {

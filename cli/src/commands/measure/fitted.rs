@@ -15,6 +15,9 @@ const TYPICAL_FULL_WELL: f64 = 30_000.0;
 /// Observations from which on the extended model is fitted.
 const MIN_EXTENDED: usize = 24;
 
+/// Share of the first fit, which selects the model, in the time of both.
+const FIRST_SHARE: f64 = 0.85;
+
 /// The noise of the pixels of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PixelNoise {
@@ -25,7 +28,7 @@ pub(super) enum PixelNoise {
 }
 
 /// Fits a lens to `set` in two steps. The first holds a fifth of the lights out, for the score; where the set states no gain,
-/// its residuals give one by photon transfer. The second fits all lights with that gain. It weights the pixels and is not
+/// its residuals give one by photon transfer. The second fits the model found to all lights with that gain. It weights the pixels and is not
 /// kept, because the residuals hold errors of the model as well as noise.
 pub(super) fn fit_lens(
     args: &CommonArgs,
@@ -52,8 +55,8 @@ pub(super) fn fit_lens(
         }
     }
     let bar = console.progress_bar("fitting");
-    let first_half = |share: f64| bar.show(share / 2.0);
-    let first = fit::fit(std::slice::from_ref(set), &settings, &first_half)?;
+    let begin = |share: f64| bar.show(share * FIRST_SHARE);
+    let first = fit::fit(std::slice::from_ref(set), &settings, &begin)?;
     let gain = if noise == PixelNoise::Stated || stated.iter().all(Option::is_some) {
         None
     } else {
@@ -62,13 +65,8 @@ pub(super) fn fit_lens(
     for (observation, stated) in set.observations.iter_mut().zip(&stated) {
         observation.gain = stated.or(gain);
     }
-    let all = FitSettings {
-        use_all: true,
-        axis: AxisChoice::At(first.lens().frame.axis()),
-        ..settings
-    };
-    let second_half = |share: f64| bar.show((1.0 + share) / 2.0);
-    let mut fit = fit::fit(std::slice::from_ref(set), &all, &second_half)?;
+    let rest = |share: f64| bar.show(FIRST_SHARE + share * (1.0 - FIRST_SHARE));
+    let mut fit = fit::refit(std::slice::from_ref(set), &first, &settings, &rest)?;
     for (observation, stated) in set.observations.iter_mut().zip(stated) {
         observation.gain = stated;
     }

@@ -2,7 +2,7 @@
 
 use super::{
     AxisChoice, MomentsFit, MomentsSettings, PupilFit, PupilModel, PupilSettings, Weighting,
-    fit_moments, fit_pupil,
+    fit_moments, fit_pupil, refit_pupil,
 };
 use crate::measure::Rejection;
 use crate::score::TestImage;
@@ -97,6 +97,20 @@ impl Fit {
     }
 }
 
+impl FitSettings {
+    /// Returns the settings of a fit of `model`.
+    fn pupil(&self, model: PupilModel) -> PupilSettings {
+        PupilSettings {
+            model,
+            axis: self.axis,
+            support: self.support,
+            use_all: self.use_all,
+            law_only: self.law_only,
+            test_image: self.test_image.clone(),
+        }
+    }
+}
+
 /// Fits a lens to one or more observation sets of one camera. The page of the crate `seidel_core` has an example.
 ///
 /// # Errors
@@ -115,13 +129,33 @@ pub fn fit(sets: &[ObservationSet], settings: &FitSettings, progress: &Progress)
         Model::Extended => PupilModel::Extended,
         Model::Auto => PupilModel::Auto,
     };
-    let settings = PupilSettings {
-        model,
-        axis: settings.axis,
-        support: settings.support,
-        use_all: settings.use_all,
-        law_only: settings.law_only,
-        test_image: settings.test_image.clone(),
-    };
-    fit_pupil(sets, &settings, progress).map(Fit::Pupil)
+    fit_pupil(sets, &settings.pupil(model), progress).map(Fit::Pupil)
+}
+
+/// Fits the model of `first`, with its parts and its optical axis, to all PSFs of `sets`, starting from its parameters.
+///
+/// For sets whose weights changed, or whose held-out PSFs shall take part at last: the model is not selected again.
+///
+/// # Errors
+/// As [`fit`].
+pub fn refit(
+    sets: &[ObservationSet],
+    first: &Fit,
+    settings: &FitSettings,
+    progress: &Progress,
+) -> Result<Fit> {
+    match first {
+        Fit::Moments(_) => {
+            let settings = FitSettings {
+                model: Model::Moments,
+                axis: AxisChoice::At(first.lens().frame.axis()),
+                ..settings.clone()
+            };
+            fit(sets, &settings, progress)
+        }
+        Fit::Pupil(first) => {
+            let settings = settings.pupil(PupilModel::Auto);
+            refit_pupil(sets, first, &settings, progress).map(Fit::Pupil)
+        }
+    }
 }

@@ -42,8 +42,8 @@ use seidel_optics::profile::{
     LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance,
 };
 
-pub use front::{Fit, FitSettings, Model, fit};
-pub use pixels::{PupilFit, PupilModel, PupilSettings, fit_pupil};
+pub use front::{Fit, FitSettings, Model, fit, refit};
+pub use pixels::{PupilFit, PupilModel, PupilSettings, fit_pupil, refit_pupil};
 pub use plane::Weighting;
 
 /// Settings of [`fit_moments`].

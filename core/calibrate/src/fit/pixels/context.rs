@@ -1,5 +1,7 @@
 //! Data of a pixel fit, and the fitting steps shared by all models.
 
+use std::fmt;
+
 use super::defocus_starts;
 use super::metric::Metric;
 use super::noise_weights;
@@ -78,6 +80,13 @@ pub(super) struct FittedLens {
     pub(super) theta: Vec<f64>,
     pub(super) metric: Metric,
     pub(super) converged: bool,
+}
+
+impl fmt::Debug for FittedLens {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = f.debug_struct("FittedLens");
+        parts.field("theta", &self.theta).finish_non_exhaustive()
+    }
 }
 
 impl FittedLens {

@@ -33,8 +33,8 @@ const ROUND_SHARE: f64 = 0.6;
 const LARGE_GAIN: f64 = 0.5;
 /// Share of the largest gain from which on the part with the fewest parameters is taken.
 const NEARLY_BEST: f64 = 0.65;
-/// Mean log misfit of a reduced lens above which leading parts are tried first: squared errors of 1 %.
-const POOR_MISFIT: f64 = -4.6;
+/// Mean log squared error of a reduced lens, beyond noise, above which leading parts are tried first: 1 % of the energy of a PSF.
+const POOR_ERROR: f64 = -4.6;
 
 /// An extended lens.
 pub(super) struct Extended {
@@ -54,7 +54,7 @@ pub(super) fn extend(
     stage.reach(0.0)?;
     let split = Split::new(context);
     let mut fit = fit;
-    if split.misfit(context, &fit) > POOR_MISFIT
+    if split.model_error(context, &fit) > POOR_ERROR
         && let Some(tried) = leading_part::find(context, &split, &fit, estimates)
     {
         fit = context.refine_between(&tried.layout, tried.theta, fit.metric);

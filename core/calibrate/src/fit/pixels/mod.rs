@@ -29,6 +29,7 @@ mod part_trial;
 pub(super) mod parts;
 mod pixel_problem;
 mod pupil_sign;
+mod refit;
 mod registered_centroids;
 mod report;
 mod score;
@@ -41,6 +42,7 @@ mod vergence_law;
 pub use covariance::{Correlation, PoorlyDetermined};
 pub use metric::Metric;
 pub use parameters::{ModelStructure, PolynomialSpec, Quantity};
+pub use refit::refit_pupil;
 pub use report::{ChannelReport, PupilFit};
 
 use super::{AxisChoice, axis, check_same_camera, holdout, plane};

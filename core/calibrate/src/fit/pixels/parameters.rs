@@ -162,6 +162,15 @@ impl ParameterLayout {
         }
     }
 
+    /// Returns this layout with the optical axis where it is.
+    pub(super) fn with_known_axis(&self) -> Self {
+        let mut layout = self.clone();
+        layout.structure.axis = false;
+        let is_axis = |slot: &Parameter| matches!(slot, Parameter::Axis(_));
+        layout.parameters.retain(|slot| !is_axis(slot));
+        layout
+    }
+
     /// Returns whether parameter `k` is held fixed.
     pub(in crate::fit) fn is_fixed(&self, k: usize) -> bool {
         let Parameter::Coefficient { quantity, .. } = self.parameters[k] else {

@@ -85,6 +85,16 @@ impl<'a> Split<'a> {
         self.missed(context, &fit.layout, &fit.theta, Self::settings(fit))
     }
 
+    /// Returns the mean log squared error of held-out zones for `fit`, beyond noise, in units of the energy of a PSF.
+    pub(super) fn model_error(&self, context: &FitContext, fit: &FittedLens) -> f64 {
+        let settings = Self::settings(fit);
+        let misfits =
+            vergence_law::misfits(context, &fit.layout, &fit.theta, &self.check, settings);
+        let tiles = self.check.iter().zip(misfits);
+        let errors: Vec<f64> = tiles.map(|(t, m)| t.energy_error(m, settings)).collect();
+        mean_log(&errors)
+    }
+
     pub(super) fn missed(
         &self,
         context: &FitContext,

@@ -42,6 +42,8 @@ pub struct PupilFit {
     pub converged: bool,
     /// Limits of the result.
     pub warnings: Vec<String>,
+    /// The parameters, from which a second fit starts.
+    pub(super) fitted: FittedLens,
 }
 
 /// Report on one channel at one distance.
@@ -150,6 +152,7 @@ pub(super) fn assemble(
         poorly_determined: errors.poorly_determined.clone(),
         converged: fit.converged,
         warnings,
+        fitted: fit,
     })
 }
 

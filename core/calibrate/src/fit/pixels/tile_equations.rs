@@ -406,6 +406,15 @@ impl FitTile {
         sums.step()
     }
 
+    /// Returns the part of `misfit` beyond noise as a share of the energy of the tile.
+    pub(super) fn energy_error(&self, misfit: f64, settings: MisfitSettings) -> f64 {
+        if settings.metric != Metric::Pixels || self.sigma <= 0.0 {
+            return misfit;
+        }
+        let noise = self.sigma * self.sigma * self.freedom(settings);
+        (misfit - 1.0).max(0.0) * noise / dot(&self.light, &self.light)
+    }
+
     /// Returns the degrees of freedom, which divide the squared residual; one where the noise is unknown.
     pub(super) fn freedom(&self, misfit_settings: MisfitSettings) -> f64 {
         if misfit_settings.metric == Metric::Pixels && self.sigma > 0.0 {

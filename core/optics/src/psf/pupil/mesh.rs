@@ -43,6 +43,32 @@ pub(super) const fn packs(count: usize) -> usize {
     count.div_ceil(LANES)
 }
 
+/// Returns the sum of `rows`, each times its weight.
+///
+/// Four registers at a time: compilers keep sums of arrays in memory here, at twice the time of a whole fit's rasterisation.
+#[inline(always)]
+fn weighted_sum<S: pulp::Simd>(simd: S, weights: &[f64], rows: &[[f64; BLOCK]]) -> [f64; BLOCK] {
+    const REGISTERS: usize = 4;
+    let mut sums = [0.0; BLOCK];
+    for start in (0..BLOCK).step_by(REGISTERS * S::F64_LANES) {
+        let [mut a, mut b, mut c, mut d] = [simd.splat_f64s(0.0); REGISTERS];
+        for (weight, row) in weights.iter().zip(rows) {
+            let weight = simd.splat_f64s(*weight);
+            if let [p, q, r, s, ..] = S::as_simd_f64s(&row[start..]).0 {
+                a = simd.add_f64s(a, simd.mul_f64s(weight, *p));
+                b = simd.add_f64s(b, simd.mul_f64s(weight, *q));
+                c = simd.add_f64s(c, simd.mul_f64s(weight, *r));
+                d = simd.add_f64s(d, simd.mul_f64s(weight, *s));
+            }
+        }
+        let values = S::as_mut_simd_f64s(&mut sums[start..]).0.iter_mut();
+        for (value, sum) in values.zip([a, b, c, d]) {
+            *value = sum;
+        }
+    }
+    sums
+}
+
 /// One corner ring of the mesh.
 #[derive(Debug, Default)]
 pub(super) struct Ring {
@@ -350,7 +376,7 @@ impl<'a> Mesh<'a> {
 
     /// Fills `ring` with ring `k`.
     #[inline(always)]
-    pub(super) fn ring(&self, k: usize, ring: &mut Ring) {
+    pub(super) fn ring<S: pulp::Simd>(&self, simd: S, k: usize, ring: &mut Ring) {
         ring.u.clear();
         ring.landing.clear();
         ring.velocity.clear();
@@ -371,7 +397,7 @@ impl<'a> Mesh<'a> {
                 let outer = [0, 1].map(|x| shares[0] * a[x] + shares[1] * b[x]);
                 let (from_centre, outward) = annulus.corner(outer, k, self.rings);
                 let u = [0, 1].map(|x| self.centre[x] + from_centre[x]);
-                let monomials = self.push_corner(u, ring);
+                let monomials = self.push_corner(simd, u, ring);
                 let from = [(first, outward * shares[0]), (second, outward * shares[1])];
                 self.push_drift(&monomials, from, ring);
                 part += self.rings;
@@ -382,7 +408,7 @@ impl<'a> Mesh<'a> {
                 continue;
             }
             let u = [0, 1].map(|x| self.centre[x] + weights[0] * a[x] + weights[1] * b[x]);
-            let monomials = self.push_corner(u, ring);
+            let monomials = self.push_corner(simd, u, ring);
             self.push_drift(
                 &monomials,
                 [(first, weights[0]), (second, weights[1])],
@@ -399,7 +425,12 @@ impl<'a> Mesh<'a> {
 
     /// Appends the corner at pupil point `u` to `ring`: its landing point and derivatives. Returns the monomials there.
     #[inline(always)]
-    fn push_corner(&self, u: [f64; 2], ring: &mut Ring) -> [f64; SLOPE_TERMS] {
+    fn push_corner<S: pulp::Simd>(
+        &self,
+        simd: S,
+        u: [f64; 2],
+        ring: &mut Ring,
+    ) -> [f64; SLOPE_TERMS] {
         let mut all = [0.0; SLOPE_TERMS];
         let monomials = &mut all;
         let mut last = 1;
@@ -425,13 +456,7 @@ impl<'a> Mesh<'a> {
         let width = 2 * packs(self.derivatives.len());
         let start = ring.velocity.len();
         for rows in self.velocities.chunks_exact(monomials.len()) {
-            // Sums of its own length stay in registers.
-            let mut sums = [0.0; BLOCK];
-            for (monomial, row) in monomials.iter().zip(rows) {
-                for (sum, value) in sums.iter_mut().zip(row) {
-                    *sum += monomial * value;
-                }
-            }
+            let sums = weighted_sum(simd, monomials, rows);
             let (packs, _) = sums.as_chunks::<LANES>();
             ring.velocity.extend_from_slice(packs);
         }

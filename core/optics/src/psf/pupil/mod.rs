@@ -245,7 +245,7 @@ impl pulp::WithSimd for Rasterising<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
         let Workspace {
             inner,
             outer,
@@ -253,10 +253,10 @@ impl pulp::WithSimd for Rasterising<'_, '_> {
             ..
         } = self.space;
         let first = self.mesh.first_ring();
-        self.mesh.ring(first, inner);
+        self.mesh.ring(simd, first, inner);
         let mut scratch = Scratch::default();
         for k in first + 1..=self.mesh.rings() {
-            self.mesh.ring(k, outer);
+            self.mesh.ring(simd, k, outer);
             canvas.add_ring(k, inner, outer, self.origin, &self.filter, &mut scratch);
             std::mem::swap(inner, outer);
         }

@@ -12,8 +12,8 @@ use crate::simulated::SimulatedLens;
 const SMALL: Size = Size {
     design: 2,
     real: 3,
-    holdout: 2,
-    tile: 33,
+    holdout: 1,
+    tile: 25,
 };
 
 fn recipe(kind: Kind, seed: u64) -> Recipe {

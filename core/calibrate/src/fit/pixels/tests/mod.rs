@@ -189,16 +189,23 @@ fn a_noise_free_lens_is_recovered() {
     let mut random = SplitMix64::new(5);
     let truth = planted(&mut random);
     let set = observed(&truth, 20, 0.0, &mut random);
-    let fit = fit_pupil(&[set], &reduced(), &no_progress).expect("a fit");
+    let sets = [set];
+    let fit = fit_pupil(&sets, &reduced(), &no_progress).expect("a fit");
     let held_out = fit.lens.held_out.as_ref().expect("PSFs were held out");
     assert!(held_out.snr_db > 55.0, "{}", held_out.snr_db);
     assert!(held_out.tiles > 5 && held_out.pixel_gap < 1e-4);
-    let found = numbers(&fit.lens.pupil_channels()[0]);
-    for ((name, got, _), (_, want, _)) in found.iter().zip(numbers(&truth)) {
-        assert!(
-            (got - want).abs() < 0.02 * want.abs().max(1.0),
-            "{name} {got} {want}"
-        );
+    let again = refit_pupil(&sets, &fit, &reduced(), &no_progress).expect("a fit");
+    assert!(again.lens.held_out.is_none());
+    let used = |fit: &PupilFit| fit.channels.iter().map(|c| c.used).sum::<usize>();
+    assert_eq!(used(&again), used(&fit) + held_out.tiles);
+    for fit in [&fit, &again] {
+        let found = numbers(&fit.lens.pupil_channels()[0]);
+        for ((name, got, _), (_, want, _)) in found.iter().zip(numbers(&truth)) {
+            assert!(
+                (got - want).abs() < 0.02 * want.abs().max(1.0),
+                "{name} {got} {want}"
+            );
+        }
     }
 }
 
