@@ -43,7 +43,7 @@ pub struct PupilFit {
     /// Limits of the result.
     pub warnings: Vec<String>,
     /// The parameters, from which a second fit starts.
-    pub(super) fitted: FittedLens,
+    pub(super) fitted: Box<FittedLens>,
 }
 
 /// Report on one channel at one distance.
@@ -152,7 +152,7 @@ pub(super) fn assemble(
         poorly_determined: errors.poorly_determined.clone(),
         converged: fit.converged,
         warnings,
-        fitted: fit,
+        fitted: Box::new(fit),
     })
 }
 
