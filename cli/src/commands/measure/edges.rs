@@ -86,7 +86,10 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     drop(bar);
     let mut fit = fitted?;
     let shared = measured.photographs.iter().map(|p| p.errors.variance_px2);
-    add_blur_error(&mut fit.lens, shared.fold(0.0, f64::max));
+    // A blur along one direction that no lens has is an error of its own.
+    let directed = departures.filter(|_| !remarks.is_empty());
+    let directed = directed.map_or(0.0, |d| d.elongation_px2.value);
+    add_blur_error(&mut fit.lens, shared.fold(directed, f64::max));
     fit.lens.provenance.sources = common.photographs.iter().map(|p| short_name(p)).collect();
     set.frame = fit.lens.frame;
     if let Some(distance) = fitted::only_distance(set.edges.iter().map(|e| e.distance)) {

@@ -53,7 +53,7 @@ fn departures_are_named_by_their_cause() {
         refused.contains("along 20 degrees") && refused.contains("moved by 3.0 px"),
         "{refused}"
     );
-    let slight = of_departures(&departures(0.1, 20.0, 0.0), None);
+    let slight = of_departures(&departures(0.08, 20.0, 0.0), None);
     assert_eq!(text(&slight).expect("a remark").len(), 1);
     let squeezed = departures(1.2, 91.0, 0.0);
     let refused = text(&of_departures(&squeezed, None)).expect_err("refused");

@@ -26,7 +26,8 @@ pub struct Term {
 pub struct Departures {
     /// Half the difference of the variances along and across the direction of the longer blur, the same all over the frame, px².
     pub elongation_px2: Term,
-    /// Direction of the longer blur, degrees from the x axis towards y, 0 to 180.
+    /// Direction of the longer blur, degrees from the x axis towards y, 0 to 180; the nearer of the normals of edges that have only
+    /// two orientations.
     pub direction_deg: f64,
     /// Mean variance of the edges, px².
     pub variance_px2: f64,
@@ -44,7 +45,9 @@ impl Departures {
     /// Estimates the departures of `groups`, each of one channel at one distance, for an axis as `frame` has it: the weighted mean of
     /// all that determine them. `None` where none does, as with a single orientation.
     pub fn of(frame: &Frame, groups: &[Vec<&Edge>]) -> Option<Self> {
-        let mut sums = [Sum::default(); 3];
+        let basis = basis(groups.iter().flatten());
+        let directed = |at: FieldPoint, normal: [f64; 2]| directed(&basis, at, normal);
+        let mut sums = vec![Sum::default(); basis.len() + 1];
         let (mut variances, mut count) = (0.0, 0.0);
         for edges in groups {
             let Some(second) = with_terms(frame, edges, 0, &directed) else {
@@ -61,21 +64,26 @@ impl Departures {
                 value: third[0].value / width.powi(3),
                 sigma: third[0].sigma / width.powi(3),
             };
-            for (sum, term) in sums.iter_mut().zip([second[0], second[1], skewness]) {
+            let own = second.into_iter().take(basis.len()).chain([skewness]);
+            for (sum, term) in sums.iter_mut().zip(own) {
                 sum.add(term);
             }
         }
-        let [cosine, sine, skewness] = sums.map(Sum::mean);
+        let means: Vec<Term> = sums.into_iter().map(Sum::mean).collect();
+        let (skewness, along) = means.split_last()?;
+        let part = |k: usize| {
+            let pairs = along.iter().zip(&basis);
+            pairs.map(|(term, axis)| term.value * axis[k]).sum::<f64>()
+        };
+        let (cosine, sine) = (part(0), part(1));
         (count > 0.0).then(|| Self {
             elongation_px2: Term {
-                value: cosine.value.hypot(sine.value),
-                sigma: cosine.sigma.max(sine.sigma),
+                value: cosine.hypot(sine),
+                sigma: along.iter().map(|t| t.sigma).fold(0.0, f64::max),
             },
-            direction_deg: (0.5 * sine.value.atan2(cosine.value))
-                .to_degrees()
-                .rem_euclid(180.0),
+            direction_deg: (0.5 * sine.atan2(cosine)).to_degrees().rem_euclid(180.0),
             variance_px2: variances / count,
-            skewness,
+            skewness: *skewness,
         })
     }
 }
@@ -102,17 +110,41 @@ impl Sum {
     }
 }
 
-/// Returns the terms of an elongation, and two of fifth order in the field: a frame is wider than high, so that without them
-/// astigmatism of high order looks like an elongation along it.
-fn directed(at: FieldPoint, [x, y]: [f64; 2]) -> Vec<f64> {
+/// Share of the largest below which the smaller spread of orientations counts as none.
+const MIN_SPREAD: f64 = 0.02;
+
+/// Returns the directions, at twice the angle of normals, in which the edges determine an elongation: two, or one for edges of two
+/// orientations at right angles, as those of a checkerboard.
+fn basis<'e>(edges: impl Iterator<Item = &'e &'e Edge>) -> Vec<[f64; 2]> {
+    let mut tensor = [0.0; 3];
+    for edge in edges {
+        let [c, s] = doubled(edge.normal);
+        tensor = [tensor[0] + c * c, tensor[1] + c * s, tensor[2] + s * s];
+    }
+    let [cc, cs, ss] = tensor;
+    let (sin, cos) = (0.5 * (2.0 * cs).atan2(cc - ss)).sin_cos();
+    let (half, turned) = ((cc + ss) / 2.0, ((cc - ss) / 2.0).hypot(cs));
+    let mut basis = vec![[cos, sin]];
+    if half - turned > MIN_SPREAD * (half + turned) {
+        basis.push([-sin, cos]);
+    }
+    basis
+}
+
+/// Returns the unit vector at twice the angle of `normal`.
+fn doubled([x, y]: [f64; 2]) -> [f64; 2] {
+    [x * x - y * y, 2.0 * x * y]
+}
+
+/// Returns the terms of an elongation along `basis`, and two of fifth order in the field: a frame is wider than high, so that without
+/// them astigmatism of high order looks like an elongation along it.
+fn directed(basis: &[[f64; 2]], at: FieldPoint, normal: [f64; 2]) -> Vec<f64> {
     let r2 = at.x * at.x + at.y * at.y;
-    let along = at.x * x + at.y * y;
-    vec![
-        x * x - y * y,
-        2.0 * x * y,
-        r2 * r2 * along * along,
-        r2.powi(3),
-    ]
+    let along = at.x * normal[0] + at.y * normal[1];
+    let twice = doubled(normal);
+    let mut terms: Vec<f64> = basis.iter().map(|axis| dot(axis, &twice)).collect();
+    terms.extend([r2 * r2 * along * along, r2.powi(3)]);
+    terms
 }
 
 /// Fits moment `which` of the edges by the terms of a lens and `more`, robustly, and returns the terms of `more`.
