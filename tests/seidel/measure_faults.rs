@@ -16,10 +16,10 @@ use crate::support::{seidel_in, succeeds};
 
 const WIDTH: usize = 300;
 const HEIGHT: usize = 200;
-/// Distance between dark squares turned by `TURN`, and half their side, px.
+/// Distance between dark squares, half their side, px, and the turns of neighbours, rad: four orientations of edges.
 const PITCH: f64 = 50.0;
-const HALF: f64 = 15.0;
-const TURN: f64 = 0.13;
+const HALF: f64 = 13.0;
+const TURNS: [f64; 2] = [0.12, 0.91];
 /// Light of the paper and of the squares, of a clipping level of 1.
 const PAPER: f64 = 0.6;
 const INK: f64 = 0.03;
@@ -43,10 +43,13 @@ fn light(fault: Fault) -> Vec<f64> {
         let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * random.unit()).cos()
     };
-    let (sin, cos) = TURN.sin_cos();
-    let inside = |w: f64| {
-        let off = w - ((w / PITCH).floor() + 0.5) * PITCH;
-        normal_cdf((off + HALF) / BLUR) - normal_cdf((off - HALF) / BLUR)
+    let inside = |off: f64| normal_cdf((off + HALF) / BLUR) - normal_cdf((off - HALF) / BLUR);
+    // The share of a place that a square covers: that of its cell.
+    let covered_at = |x: f64, y: f64| {
+        let [column, row] = [x, y].map(|v| (v / PITCH).floor());
+        let [u, v] = [x - (column + 0.5) * PITCH, y - (row + 0.5) * PITCH];
+        let (sin, cos) = TURNS[(column + row).rem_euclid(2.0) as usize].sin_cos();
+        inside(cos * u + sin * v) * inside(cos * v - sin * u)
     };
     const STEPS: usize = 8;
     let mut all = Vec::with_capacity(WIDTH * HEIGHT);
@@ -56,8 +59,7 @@ fn light(fault: Fault) -> Vec<f64> {
         let steps = if fault.moved == [0.0; 2] { 1 } else { STEPS };
         let covered = (0..steps).map(|step| {
             let along = (step as f64 + 0.5) / steps as f64 - 0.5;
-            let (x, y) = (x + along * fault.moved[0], y + along * fault.moved[1]);
-            inside(cos * x + sin * y) * inside(cos * y - sin * x)
+            covered_at(x + along * fault.moved[0], y + along * fault.moved[1])
         });
         let covered = covered.sum::<f64>() / steps as f64;
         let light = PAPER + (INK - PAPER) * covered;

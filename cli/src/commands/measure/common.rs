@@ -9,7 +9,6 @@ use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
 
 use super::camera::{CameraArgs, CameraData};
 use super::encoding::{self, PhotographEncoding};
-use super::faults::ForceArgs;
 use crate::commands::fit::parse_axis;
 use crate::commands::{CommandError, parse_distance};
 
@@ -79,8 +78,6 @@ pub(super) struct CommonArgs {
     /// Write the report as a web page to this file too
     #[arg(long, value_name = "FILE.html")]
     pub(super) report: Option<PathBuf>,
-    #[command(flatten)]
-    pub(super) force: ForceArgs,
     /// Print the report as JSON
     #[arg(long)]
     pub(super) json: bool,

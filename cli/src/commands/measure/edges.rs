@@ -22,7 +22,7 @@ use seidel_optics::psf::Pupil;
 use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
-use super::faults::{self, Fault, Insistence};
+use super::faults::{self, Fault, ForceArgs, Insistence};
 use super::{camera, fitted, left_out, output, photographs};
 use crate::Console;
 use crate::commands::{CommandError, short_name};
@@ -40,6 +40,8 @@ pub struct EdgesArgs {
     /// Least length of an edge between its corners in pixels, less the blur
     #[arg(long, value_name = "PX", default_value_t = EdgeSettings::default().min_length_px)]
     min_length: f64,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 /// Places along x and y at which the PSFs of the lens are drawn into the folder.
@@ -69,7 +71,7 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     let settings = EdgeFitSettings {
         axis: common.axis.unwrap_or(AxisChoice::Free),
     };
-    let insistence = Insistence::of(&common.force);
+    let insistence = Insistence::of(&args.force);
     let departures = find_departures(&set, &settings)?;
     let found = departures.map(|d| faults::of_departures(&d, set.camera.squeeze));
     let remarks = faults::settle(

@@ -64,7 +64,7 @@ const WRONG_SKEWNESS: f64 = 0.06;
 const DOUBTFUL_ELONGATION: f64 = 0.03;
 const WRONG_ELONGATION: f64 = 0.06;
 /// Angle from an axis of the frame within which an elongation may be a squeeze, degrees, and least ratio of the variances.
-const SQUEEZE_DEG: f64 = 4.0;
+const SQUEEZE_DEG: f64 = 10.0;
 const SQUEEZE_RATIO: f64 = 1.5;
 
 /// Returns the fault that the misfit of all profiles shows: `chi2` per degree of freedom, and the part of the levels that the lens
