@@ -167,6 +167,7 @@ impl PhotographArgs {
             mosaic,
             white,
             gain: None,
+            code_scale: None,
             precision: Precision::Linear,
             warnings: Vec::new(),
         })

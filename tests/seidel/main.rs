@@ -38,6 +38,7 @@ mod lut;
 mod mask;
 mod measure_chart;
 mod measure_edges;
+mod measure_faults;
 mod measure_lights;
 mod measure_match;
 mod natron_in_hosts;

@@ -7,7 +7,7 @@ use seidel_optics::numeric::SplitMix64;
 use seidel_optics::psf::normal_cdf;
 
 use crate::measure_lights::{BLACK, GAIN, PATTERN, WHITE, dng, json, manifest, scores};
-use crate::support::{must_refuse, real_data, seidel_in, succeeds};
+use crate::support::{must_refuse, real_data, seidel_in, succeeds, write_plate};
 
 const WIDTH: usize = 330;
 const HEIGHT: usize = 220;
@@ -119,10 +119,23 @@ fn a_raw_photograph_of_squares_gives_the_lens_that_took_it() {
         first["source"] == "a.dng" && first["why"].is_string(),
         "{first}"
     );
-    let more = "measure edges @a.dng --distance 2 --axis 169,107 --out @more --also @edges";
-    succeeds(folder, more);
+    let more = "measure edges @a.dng --distance 2 --axis 169,107 --out @more --also @edges \
+        --focal-length-mm 50 --f-number 2 --focus-distance 2.03 --pitch-um 4";
+    let measured = succeeds(folder, more);
+    assert!(
+        measured.stderr.contains("thin lens of 50 mm"),
+        "{}",
+        measured.stderr
+    );
     assert_eq!(edges("more/edges.json"), 2 * edges("edges/edges.json"));
     assert!(folder.join("more/sheet.png").is_file());
+    // The camera is in the lens: its focus, aperture and sensor can be set.
+    write_plate(&folder.join("plate.exr"), 33, 22);
+    let shot = "apply --lens @more/lens.json @plate.exr -o @out.exr --distance 2.1 --focus-distance 2.2 \
+        --f-number 4 --film-back-mm 1.2";
+    succeeds(folder, shot);
+    let bare = "apply --lens @lens.json @plate.exr -o @out.exr --f-number 4";
+    must_refuse(folder, bare, &["f-number", "measured"]);
 }
 
 #[test]

@@ -72,6 +72,29 @@ const HELPS: &[Help] = &[
         ],
     },
     Help {
+        command: "measure edges",
+        examples: &[example(
+            "A chart of dark squares at 2 m, with a camera whose file does not state it",
+            "measure edges chart.dng --distance 2 --out edges --fit lens.json --focal-length-mm 50 --f-number 2 --focus-distance 3 --pitch-um 4",
+        )],
+        usual: &[
+            "out",
+            "distance",
+            "channels",
+            "axis",
+            "dark",
+            "cfa",
+            "encoding",
+            "fit",
+            "also",
+            "force",
+            "focal-length-mm",
+            "f-number",
+            "focus-distance",
+            "pitch-um",
+        ],
+    },
+    Help {
         command: "measure match",
         examples: &[example(
             "The lens of a plate with many sharp edges",

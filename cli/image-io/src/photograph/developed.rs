@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, options: &PhotographOptions) -> Result<Photograp
                 path,
                 "",
                 format!("has {format} samples, which may be linear or not"),
-                "give --encoding linear or --encoding srgb, or better the raw photograph",
+                "give --encoding linear, srgb or the log curve of the camera; or better the raw photograph",
             ));
         }
     };
@@ -94,6 +94,7 @@ pub(super) fn read(path: &Path, options: &PhotographOptions) -> Result<Photograp
         mosaic: None,
         white,
         gain: None,
+        code_scale: Some(full),
         precision,
         warnings,
     })
@@ -113,6 +114,7 @@ fn read_exr(path: &Path, options: &PhotographOptions) -> Result<PhotographFile> 
         mosaic: None,
         white: options.white.map_or(f32::INFINITY, |white| white - black),
         gain: None,
+        code_scale: Some(1.0),
         precision: Precision::Linear,
         warnings: Vec::new(),
     })

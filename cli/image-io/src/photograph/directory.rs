@@ -34,6 +34,14 @@ impl Directory {
         self.values(tag).first().copied()
     }
 
+    /// Returns the text of `tag` without its padding; `None` if it is missing or empty.
+    pub(super) fn text(&self, tag: u16) -> Option<String> {
+        let bytes = self.values(tag).iter().map(|v| *v as u8);
+        let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
+        let text = String::from_utf8_lossy(&bytes).trim().to_owned();
+        (!text.is_empty()).then_some(text)
+    }
+
     /// Returns the first value of `tag` as a whole number that is not negative, or `other`.
     pub(super) fn whole(&self, tag: u16, other: usize) -> usize {
         self.value(tag).map_or(other, |v| v as usize)
@@ -83,17 +91,8 @@ impl<'a> TiffBytes<'a> {
                 continue;
             }
             seen.push(offset);
+            let directory = self.directory(offset)?;
             let count = self.number(offset, 2)? as usize;
-            if count > MAX_ENTRIES {
-                return Err(self.damaged("a directory has too many entries"));
-            }
-            let mut entries = Vec::new();
-            for k in 0..count {
-                let at = offset + 2 + 12 * k;
-                let tag = self.number(at, 2)? as u16;
-                entries.push((tag, self.entry(at)?));
-            }
-            let directory = Directory { entries };
             let next = self.number(offset + 2 + 12 * count, 4).unwrap_or(0) as usize;
             offsets.push(next);
             let subs = directory.values(SUB_IMAGES);
@@ -103,12 +102,27 @@ impl<'a> TiffBytes<'a> {
         Ok(found)
     }
 
-    /// Returns the values of the entry at `at`; empty for types that hold no numbers.
+    /// Returns the directory at `offset`.
+    pub(super) fn directory(&self, offset: usize) -> Result<Directory> {
+        let count = self.number(offset, 2)? as usize;
+        if count > MAX_ENTRIES {
+            return Err(self.damaged("a directory has too many entries"));
+        }
+        let mut entries = Vec::new();
+        for k in 0..count {
+            let at = offset + 2 + 12 * k;
+            let tag = self.number(at, 2)? as u16;
+            entries.push((tag, self.entry(at)?));
+        }
+        Ok(Directory { entries })
+    }
+
+    /// Returns the values of the entry at `at`, the bytes of a text; empty for unknown types.
     fn entry(&self, at: usize) -> Result<Vec<f64>> {
         let kind = self.number(at + 2, 2)?;
         let count = self.number(at + 4, 4)? as usize;
         let size = match kind {
-            1 | 6 | 7 => 1,
+            1 | 2 | 6 | 7 => 1,
             3 | 8 => 2,
             4 | 9 | 11 | 13 => 4,
             5 | 10 | 12 => 8,

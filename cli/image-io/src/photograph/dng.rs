@@ -192,6 +192,7 @@ impl RawImage<'_> {
             gain: noise
                 .filter(|s| *s > 0.0 && s.is_finite())
                 .map(|s| s * range),
+            code_scale: None,
             precision: Precision::Linear,
             warnings: levels.warnings,
         })

@@ -8,17 +8,21 @@
 //! | OpenEXR, and float TIFF | linear channels |
 //! | other images | channels decoded as the caller states; 8-bit ones with a warning |
 
+mod camera;
 mod developed;
 mod directory;
 mod dng;
 mod fits;
 mod fits_header;
 mod fits_tiles;
+mod foreign;
 mod lossless_jpeg;
 mod pgm;
 
 #[cfg(test)]
 pub(crate) use lossless_jpeg::tests::encode as encode_lossless;
+
+pub use camera::{StatedCamera, stated_camera};
 
 use std::path::Path;
 
@@ -85,6 +89,8 @@ pub struct PhotographFile {
     pub white: f32,
     /// Counts per electron, if the file states its noise.
     pub gain: Option<f64>,
+    /// Stored value of the code 1, by which a transfer function scales codes; `None` for raw photographs.
+    pub code_scale: Option<f32>,
     /// Precision of the samples.
     pub precision: Precision,
     /// Remarks on what was assumed.
@@ -101,13 +107,8 @@ pub fn read(path: &Path, options: &PhotographOptions) -> Result<PhotographFile> 
     let length = read_start(path, &mut start)?;
     let start = &start[..length];
     let extension = extension(path);
-    if let Some(kind) = foreign_raw(start, &extension) {
-        return Err(FileError::new(
-            path,
-            "",
-            format!("is a raw photograph of a camera's own format ({kind})"),
-            "convert it first: `dnglab convert IN OUT.dng`, or `dcraw -D -4 -T IN` and give --cfa",
-        ));
+    if let Some(error) = foreign::refuse(path, start, &extension) {
+        return Err(error);
     }
     let is_tiff = start.starts_with(b"II*\0") || start.starts_with(b"MM\0*");
     if is_tiff {
@@ -142,40 +143,6 @@ fn read_start(path: &Path, start: &mut [u8; 16]) -> Result<usize> {
 fn extension(path: &Path) -> String {
     let extension = path.extension().and_then(|e| e.to_str());
     extension.unwrap_or_default().to_ascii_lowercase()
-}
-
-/// Returns the name of a camera's own raw format.
-fn foreign_raw(start: &[u8], extension: &str) -> Option<&'static str> {
-    const BY_EXTENSION: [(&str, &str); 14] = [
-        ("cr2", "Canon CR2"),
-        ("cr3", "Canon CR3"),
-        ("crw", "Canon CRW"),
-        ("nef", "Nikon NEF"),
-        ("nrw", "Nikon NRW"),
-        ("arw", "Sony ARW"),
-        ("sr2", "Sony SR2"),
-        ("raf", "Fujifilm RAF"),
-        ("orf", "Olympus ORF"),
-        ("rw2", "Panasonic RW2"),
-        ("pef", "Pentax PEF"),
-        ("srw", "Samsung SRW"),
-        ("iiq", "Phase One IIQ"),
-        ("3fr", "Hasselblad 3FR"),
-    ];
-    let by_content = [
-        (&b"FUJIFILMCCD-RAW"[..], "Fujifilm RAF"),
-        (&b"IIRO"[..], "Olympus ORF"),
-        (&b"IIU\0"[..], "Panasonic RW2"),
-        (&b"\0\0\0\x18ftypcrx"[..], "Canon CR3"),
-    ];
-    let by_content = by_content
-        .iter()
-        .find(|(magic, _)| start.starts_with(magic));
-    let by_extension = BY_EXTENSION.iter().find(|(e, _)| *e == extension);
-    by_content
-        .or(None)
-        .map(|(_, name)| *name)
-        .or(by_extension.map(|(_, name)| *name))
 }
 
 /// Integer samples of one plane, as a file stores them, with the levels it states.
@@ -229,6 +196,7 @@ impl SensorPlane {
             mosaic,
             white: clipping_level(black, white),
             gain: None,
+            code_scale: None,
             precision: Precision::Linear,
             warnings,
         })

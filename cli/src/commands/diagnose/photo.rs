@@ -7,7 +7,9 @@ use seidel_core::{LensProfile, ObjectDistance, ObservationSet, Predictor};
 use seidel_image_io::error::FileError;
 use seidel_measure::{LightSettings, measure_lights};
 
+use super::super::measure::camera::CameraArgs;
 use super::super::measure::common::{InputArgs, SensorArgs};
+use super::super::measure::encoding::PhotographEncoding;
 use super::super::measure::photographs;
 use super::super::{CommandError, EncodingChoice};
 use crate::Console;
@@ -66,9 +68,10 @@ impl PhotoArgs {
             distances: distances.to_vec(),
             channels: predictor.channel_names().to_vec(),
             sensor: self.sensor.clone(),
-            encoding,
+            encoding: encoding.map(PhotographEncoding::Plain),
+            camera: CameraArgs::default(),
         };
-        let (photographs, calibration) = photographs::read_all(&self.photo, &input, console)?;
+        let (photographs, calibration) = photographs::read_samples(&self.photo, &input, console)?;
         let assumed_gain = photographs[0].assumed_gain();
         let measured = measure_lights(photographs, &calibration, &LightSettings::default())
             .map_err(|e| FileError::from_core(first, e))?;

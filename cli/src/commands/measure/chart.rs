@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use image::RgbImage;
-use seidel_core::{AxisChoice, LensProfile, ObservationSet};
+use seidel_calibrate::fit::coverage;
+use seidel_core::{AxisChoice, ImagePoint, LensProfile, ObservationSet};
 use seidel_image_io::FileError;
 use seidel_image_io::photograph::{self, ColourFilter, PhotographOptions};
 use seidel_image_io::samples::Encoding;
@@ -188,6 +189,13 @@ pub(super) fn finish(
         set.frame = set.frame.with_axis(fit.lens().frame.axis())?;
         set.axis_stated = true;
     }
+    let places: Vec<ImagePoint> = set.observations.iter().map(|o| o.centre).collect();
+    let mut remarks = remarks.to_vec();
+    if fit.is_none() {
+        // A fit says so itself.
+        remarks.extend(coverage::bare_sides(&set.frame, &places, "block"));
+    }
+    let remarks = remarks.as_slice();
     let lens = fit.as_ref().map(|fit| fit.lens());
     let sheet = chart_sheet(measured);
     let page = page(measured, &set, lens, &sheet, remarks);

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use crate::progress::ProgressArgs;
 use clap::Args;
-use seidel_core::{AxisChoice, Mosaic, ObjectDistance};
+use seidel_core::{AxisChoice, Mosaic, ObjectDistance, ObservationSet};
 use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
 
+use super::camera::{CameraArgs, CameraData};
+use super::encoding::{self, PhotographEncoding};
 use crate::commands::fit::parse_axis;
-use crate::commands::{CommandError, EncodingChoice, parse_distance};
+use crate::commands::{CommandError, parse_distance};
 
 /// Options about the sensor: its calibration, mosaic and levels.
 #[derive(Debug, Clone, Args)]
@@ -43,9 +45,11 @@ pub(in crate::commands) struct InputArgs {
     pub(in crate::commands) channels: Vec<String>,
     #[command(flatten)]
     pub(in crate::commands) sensor: SensorArgs,
-    /// Transfer function of images that are not raw
-    #[arg(long, value_enum)]
-    pub(in crate::commands) encoding: Option<EncodingChoice>,
+    /// Transfer function of images that are not raw: linear, srgb, or the log curve of a camera
+    #[arg(long, value_name = "CURVE", value_parser = encoding::parser())]
+    pub(in crate::commands) encoding: Option<PhotographEncoding>,
+    #[command(flatten)]
+    pub(in crate::commands) camera: CameraArgs,
 }
 
 /// Options about photographs, the set that is written, and the fit.
@@ -119,6 +123,18 @@ impl CommonArgs {
         Ok(())
     }
 
+    /// Returns the camera of the photographs, of `width` pixels, as options and files state it.
+    pub(super) fn camera(&self, width: u32) -> Result<CameraData, CommandError> {
+        self.input.camera.of(&self.photographs, width as usize)
+    }
+
+    /// Puts the camera of the photographs into `set`, which keeps what they do not state.
+    pub(super) fn put_camera(&self, set: &mut ObservationSet) -> Result<(), CommandError> {
+        let data = self.camera(set.frame.width_px())?;
+        data.fill(&mut set.camera, &mut set.pixel_pitch_um);
+        Ok(())
+    }
+
     /// Checks that there is one distance for each photograph, or one for all.
     pub(super) fn check_photographs(&self) -> Result<(), CommandError> {
         let (photographs, distances) = (self.photographs.len(), self.input.distances.len());
@@ -148,7 +164,7 @@ impl InputArgs {
             cfa: self.sensor.cfa,
             black: counts(self.sensor.black),
             white: counts(self.sensor.white),
-            encoding: self.encoding.map(Into::into),
+            encoding: self.encoding.map(PhotographEncoding::of_codes),
         }
     }
 }

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use clap::Args;
 use image::RgbImage;
-use seidel_calibrate::fit::edges::{EdgeFit, EdgeFitSettings, fit_edges};
+use seidel_calibrate::fit::edges::{
+    Departures, EdgeFit, EdgeFitSettings, find_departures, fit_edges,
+};
 use seidel_core::profile::LensDescription;
 use seidel_core::{
     AxisChoice, ImagePoint, LensProfile, Observation, ObservationSet, Predictor, Tile,
@@ -20,7 +22,8 @@ use seidel_optics::psf::Pupil;
 use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
-use super::{left_out, output, photographs};
+use super::faults::{self, Fault, ForceArgs, Insistence};
+use super::{camera, fitted, left_out, output, photographs};
 use crate::Console;
 use crate::commands::{CommandError, short_name};
 use crate::pictures::edge_sheet::edge_sheet;
@@ -37,6 +40,8 @@ pub struct EdgesArgs {
     /// Least length of an edge between its corners in pixels, less the blur
     #[arg(long, value_name = "PX", default_value_t = EdgeSettings::default().min_length_px)]
     min_length: f64,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 /// Places along x and y at which the PSFs of the lens are drawn into the folder.
@@ -61,20 +66,50 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     if let Some(path) = &common.also {
         append(&mut set, &mut left_out, path)?;
     }
+    let data = common.camera(set.frame.width_px())?;
+    data.fill(&mut set.camera, &mut set.pixel_pitch_um);
     let settings = EdgeFitSettings {
         axis: common.axis.unwrap_or(AxisChoice::Free),
     };
+    let insistence = Insistence::of(&args.force);
+    let departures = find_departures(&set, &settings)?;
+    let found = departures.map(|d| faults::of_departures(&d, set.camera.squeeze));
+    let remarks = faults::settle(
+        &found.unwrap_or_default(),
+        insistence,
+        &common.photographs[0],
+    );
+    let remarks = remarks.or_else(|error| {
+        write(common, &set, &left_out, &measured, None)?;
+        Err(error)
+    })?;
     let bar = console.progress_bar("fitting");
     let fitted = fit_edges(&set, &settings, &|share| bar.show(share));
     drop(bar);
     let mut fit = fitted?;
     let shared = measured.photographs.iter().map(|p| p.errors.variance_px2);
-    add_blur_error(&mut fit.lens, shared.fold(0.0, f64::max));
+    // A blur along one direction that no lens has is an error of its own.
+    let directed = departures.filter(|_| !remarks.is_empty());
+    let directed = directed.map_or(0.0, |d| d.elongation_px2.value);
+    add_blur_error(&mut fit.lens, shared.fold(directed, f64::max));
     fit.lens.provenance.sources = common.photographs.iter().map(|p| short_name(p)).collect();
     set.frame = fit.lens.frame;
-    write(common, &set, &left_out, &measured, &fit)?;
+    if let Some(distance) = fitted::only_distance(set.edges.iter().map(|e| e.distance)) {
+        let remark = camera::extend_one_distance(&mut fit.lens, distance);
+        fit.warnings.extend(remark);
+    }
+    let misfit: Vec<Fault> = faults::of_misfit(fit.chi2, fit.unexplained)
+        .into_iter()
+        .collect();
+    let of_misfit = faults::settle(&misfit, insistence, &common.photographs[0]);
+    let of_misfit = of_misfit.or_else(|error| {
+        write(common, &set, &left_out, &measured, None)?;
+        Err(error)
+    })?;
+    fit.warnings.extend(remarks.into_iter().chain(of_misfit));
+    write(common, &set, &left_out, &measured, Some(&fit))?;
     if common.json {
-        let report = report_json(&measured, &set, &fit);
+        let report = report_json(&measured, &set, &fit, departures);
         console.print(format!("{report:#}"));
     } else {
         print_report(args, &measured, &fit, console);
@@ -119,26 +154,28 @@ fn append(set: &mut EdgeSet, left_out: &mut Vec<Value>, path: &Path) -> Result<(
     Ok(())
 }
 
-/// Writes the folder whole or not at all, then the files beside it.
+/// Writes the folder whole or not at all, then the files beside it; without a lens where none is to be trusted.
 fn write(
     args: &CommonArgs,
     set: &EdgeSet,
     left_out: &[Value],
     measured: &MeasuredEdges,
-    fit: &EdgeFit,
+    fit: Option<&EdgeFit>,
 ) -> Result<(), CommandError> {
     let sheet = edge_sheet(measured);
     let page = page(measured, set, fit, &sheet);
-    let predicted = predicted(set, fit)?;
+    let predicted = fit.map(|fit| predicted(set, fit)).transpose()?;
     write_folder_atomically(&args.out, |folder| {
-        manifest::write_into(&predicted, folder)?;
+        if let (Some(predicted), Some(fit)) = (&predicted, fit) {
+            manifest::write_into(predicted, folder)?;
+            lens_profile::write(&folder.join("lens.json"), &fit.lens)?;
+        }
         edge_set::write(&folder.join(edge_set::FILE), set, Some(set.frame.axis()))?;
         write_json(&folder.join(left_out::FILE), &left_out)?;
         write_rgb8(&folder.join("sheet.png"), &sheet)?;
-        output::write_page(&folder.join("report.html"), &page)?;
-        lens_profile::write(&folder.join("lens.json"), &fit.lens)
+        output::write_page(&folder.join("report.html"), &page)
     })?;
-    if let Some(path) = &args.fit {
+    if let (Some(path), Some(fit)) = (&args.fit, fit) {
         lens_profile::write(path, &fit.lens)?;
     }
     if let Some(path) = &args.sheet {
@@ -151,16 +188,21 @@ fn write(
 }
 
 /// Returns the report as a web page.
-fn page(measured: &MeasuredEdges, set: &EdgeSet, fit: &EdgeFit, sheet: &RgbImage) -> String {
+fn page(
+    measured: &MeasuredEdges,
+    set: &EdgeSet,
+    fit: Option<&EdgeFit>,
+    sheet: &RgbImage,
+) -> String {
     let mut noise: Vec<String> = (kept(&measured.set).into_iter())
         .map(|(name, count)| format!("{count} edges in {name}"))
         .collect();
     let gain = measured.gain;
     noise.extend(gain.map(|gain| format!("{gain:.3} counts per electron")));
-    let misfit = fit.chi2;
-    noise.push(format!(
-        "chi squared of the profiles {misfit:.2} per degree of freedom"
-    ));
+    noise.extend(fit.map(|fit| {
+        let misfit = fit.chi2;
+        format!("chi squared of the profiles {misfit:.2} per degree of freedom")
+    }));
     let places = measured.photographs.iter().enumerate();
     let places = places.flat_map(|(photograph, photo)| {
         let reference = photo.reference_channel();
@@ -179,7 +221,7 @@ fn page(measured: &MeasuredEdges, set: &EdgeSet, fit: &EdgeFit, sheet: &RgbImage
         left_out: &measured.left_out,
         sheet,
         noise,
-        lens: Some(&fit.lens),
+        lens: fit.map(|fit| &fit.lens),
         warnings: &measured.warnings,
     })
 }
@@ -219,6 +261,7 @@ fn predicted(set: &EdgeSet, fit: &EdgeFit) -> Result<ObservationSet, CommandErro
     }
     let mut template = ObservationSet::new(frame, set.channels.clone(), observations);
     template.axis_stated = true;
+    (template.camera, template.pixel_pitch_um) = (set.camera.clone(), set.pixel_pitch_um);
     Ok(predict_set(&Predictor::new(&fit.lens)?, &template, &Pupil)?)
 }
 
@@ -236,7 +279,12 @@ fn kept(set: &EdgeSet) -> Vec<(&str, usize)> {
     names.map(|(k, name)| (name.as_str(), count(k))).collect()
 }
 
-fn report_json(measured: &MeasuredEdges, set: &EdgeSet, fit: &EdgeFit) -> Value {
+fn report_json(
+    measured: &MeasuredEdges,
+    set: &EdgeSet,
+    fit: &EdgeFit,
+    departures: Option<Departures>,
+) -> Value {
     let by_reason: Map<String, Value> = (reasons(measured).into_iter())
         .map(|(why, count)| (why.name().to_owned(), json!(count)))
         .collect();
@@ -265,6 +313,10 @@ fn report_json(measured: &MeasuredEdges, set: &EdgeSet, fit: &EdgeFit) -> Value 
             "axis": [axis.x_px, axis.y_px],
             "axis_sigma": fit.axis.map(|a| [a.sigma_px.0, a.sigma_px.1]),
             "chi2": fit.chi2,
+            "unexplained": fit.unexplained,
+            "elongation_px2": departures.map(|d| [d.elongation_px2.value, d.elongation_px2.sigma]),
+            "elongation_deg": departures.map(|d| d.direction_deg),
+            "skewness": departures.map(|d| [d.skewness.value, d.skewness.sigma]),
             "converged": fit.converged,
         },
         "warnings": measured.warnings.iter().chain(&fit.warnings).collect::<Vec<_>>(),

@@ -1,11 +1,14 @@
 //! The lens fitted to a measured set.
 
-use seidel_calibrate::fit;
+use seidel_calibrate::fit::{self, coverage};
 use seidel_calibrate::score::pixel_residuals;
-use seidel_core::{AxisChoice, Fit, FitSettings, LensProfile, Model, ObservationSet};
+use seidel_core::{
+    AxisChoice, Fit, FitSettings, LensProfile, Model, ObjectDistance, ObservationSet,
+};
 use seidel_measure::photon_transfer::{self, Residual};
 use serde_json::{Value, json};
 
+use super::camera;
 use super::common::CommonArgs;
 use crate::Console;
 use crate::commands::{CommandError, short_name};
@@ -36,6 +39,7 @@ pub(super) fn fit_lens(
     noise: PixelNoise,
     console: &Console,
 ) -> Result<Fit, CommandError> {
+    args.put_camera(set)?;
     let model = if set.observations.len() >= MIN_EXTENDED {
         Model::Extended
     } else {
@@ -75,7 +79,22 @@ pub(super) fn fit_lens(
         held_out
     });
     fit.lens_mut().provenance.sources = args.photographs.iter().map(|p| short_name(p)).collect();
+    if let Some(distance) = only_distance(set.observations.iter().map(|o| o.distance))
+        && let Some(remark) = camera::extend_one_distance(fit.lens_mut(), distance)
+    {
+        let warnings = fit.warnings_mut();
+        warnings.retain(|warning| !warning.contains(coverage::ONE_DISTANCE));
+        warnings.push(remark);
+    }
     Ok(fit)
+}
+
+/// Returns the distance that all of `distances` are; `None` for several.
+pub(super) fn only_distance(
+    mut distances: impl Iterator<Item = ObjectDistance>,
+) -> Option<ObjectDistance> {
+    let first = distances.next()?;
+    distances.all(|other| other == first).then_some(first)
 }
 
 /// Returns the gain that the residuals of `lens` show; `None` if they do not determine it.

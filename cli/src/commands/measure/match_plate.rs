@@ -18,7 +18,8 @@ use seidel_measure::{
 use serde_json::{Value, json};
 
 use super::common::InputArgs;
-use super::{output, photographs};
+use super::faults::{self, Fault, ForceArgs, Insistence};
+use super::{camera, output, photographs};
 use crate::Console;
 use crate::commands::fit::parse_axis;
 use crate::commands::{CommandError, short_name};
@@ -54,6 +55,8 @@ pub struct MatchArgs {
     /// Seed of the resampling that gives the intervals
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    force: ForceArgs,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -81,8 +84,14 @@ pub(super) fn run(args: &MatchArgs, console: &mut Console) -> Result<(), Command
         min_contrast: args.min_contrast,
         min_length_px: args.min_length,
     };
-    let measured = measure_edges(photographs, &calibration, &settings)
-        .map_err(|error| FileError::from_core(&args.plate, error))?;
+    let mut measured = measure_edges(photographs, &calibration, &settings)
+        .map_err(|error| FileError::from_core(&args.plate, of_plate(error)))?;
+    let set = &mut measured.set;
+    let data = args
+        .input
+        .camera
+        .of(plates, set.frame.width_px() as usize)?;
+    data.fill(&mut set.camera, &mut set.pixel_pitch_um);
     let settings = MatchSettings {
         axis: args.axis.unwrap_or(AxisChoice::Free),
         reference: measured.photographs[0].reference_channel(),
@@ -94,6 +103,18 @@ pub(super) fn run(args: &MatchArgs, console: &mut Console) -> Result<(), Command
     drop(bar);
     let mut matched = matched.map_err(|error| FileError::from_core(&args.plate, error))?;
     matched.lens.provenance.sources = vec![short_name(&args.plate)];
+    let remark = camera::extend_one_distance(&mut matched.lens, args.input.distance(0));
+    matched.warnings.extend(remark);
+    let mut found: Vec<Fault> = Vec::new();
+    found.extend(faults::of_misfit(matched.chi2, matched.unexplained));
+    if let Some(departures) = &matched.departures {
+        found.extend(faults::of_departures(
+            departures,
+            matched.lens.camera.squeeze,
+        ));
+    }
+    let remarks = faults::settle(&found, Insistence::of(&args.force), &args.plate)?;
+    matched.warnings.extend(remarks);
     args.write(&measured, &matched)?;
     if args.json {
         console.print(format!("{:#}", report_json(&matched, lights.len())));
@@ -104,6 +125,14 @@ pub(super) fn run(args: &MatchArgs, console: &mut Console) -> Result<(), Command
         console.note(warning);
     }
     Ok(())
+}
+
+/// Replaces the advice about charts where a plate has too few edges.
+fn of_plate(mut error: Error) -> Error {
+    if error.kind() == ErrorKind::InsufficientData && error.place == "edges" {
+        error.remedy = "choose a frame with straight edges that stand free, in focus and well lit, such as buildings or printed matter; or photograph a chart".to_owned();
+    }
+    error
 }
 
 /// Returns the lights of the plate; none where none can be measured.

@@ -1,8 +1,11 @@
 //! `seidel measure`: from photographs to an observation set, one kind of photograph per file; charts and plans.
 
+pub(super) mod camera;
 mod chart;
 pub(super) mod common;
 mod edges;
+pub(super) mod encoding;
+mod faults;
 mod fitted;
 mod left_out;
 mod light_size;

@@ -34,12 +34,14 @@ pub(super) fn check_targets(args: &CommonArgs) -> Result<(), CommandError> {
 
 /// Writes the folder whole or not at all, then the files beside it.
 pub(super) fn write(args: &CommonArgs, written: &Written<'_>) -> Result<(), CommandError> {
-    let faults = written.set.faults();
+    let mut set = written.set.clone();
+    args.put_camera(&mut set)?;
+    let faults = set.faults();
     if !faults.is_empty() {
         return Err(CommandError::File(FileError::many(&args.out, faults)));
     }
     write_folder_atomically(&args.out, |folder| {
-        manifest::write_into(written.set, folder)?;
+        manifest::write_into(&set, folder)?;
         write_json(&folder.join(left_out::FILE), &written.left_out)?;
         write_rgb8(&folder.join("sheet.png"), written.sheet)?;
         write_page(&folder.join("report.html"), written.page)?;

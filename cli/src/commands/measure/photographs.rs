@@ -11,8 +11,24 @@ use super::common::InputArgs;
 use crate::Console;
 use crate::commands::{CommandError, short_name};
 
-/// Reads the photographs of the command line at `paths`.
-pub(in crate::commands) fn read_all(
+/// Reads the photographs of the command line at `paths`, and says what they state about the camera.
+pub(super) fn read_all(
+    paths: &[PathBuf],
+    args: &InputArgs,
+    console: &mut Console,
+) -> Result<(Vec<Photograph>, Calibration), CommandError> {
+    let (photographs, calibration) = read_samples(paths, args, console)?;
+    if let (Some(path), Some(first)) = (paths.first(), photographs.first()) {
+        let data = args.camera.of(paths, first.width)?;
+        if let Some(remark) = args.camera.remark(path, &data) {
+            console.note(remark);
+        }
+    }
+    Ok((photographs, calibration))
+}
+
+/// Reads the photographs at `paths`, with dark and flat frames.
+pub(in crate::commands) fn read_samples(
     paths: &[PathBuf],
     args: &InputArgs,
     console: &mut Console,
@@ -38,7 +54,10 @@ fn read_one(
     args: &InputArgs,
     console: &mut Console,
 ) -> Result<Photograph, CommandError> {
-    let file = photograph::read(path, options)?;
+    let mut file = photograph::read(path, options)?;
+    if let Some(encoding) = args.encoding {
+        encoding.decode_log(path, &mut file)?;
+    }
     for warning in &file.warnings {
         console.note(warning);
     }

@@ -2,9 +2,11 @@
 
 use clap::Args;
 use seidel_measure::capture_plan::{CapturePlan, CapturedLens, PlannedDistance};
+use seidel_measure::printed::{Medium, PageCoverage, Viewing};
 use serde_json::{Value, json};
 
 use super::by_option;
+use super::print::{MARGIN_MM, parse_paper};
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::significant;
@@ -36,12 +38,15 @@ pub struct PlanArgs {
     /// Number of distances
     #[arg(long, value_name = "N", default_value_t = 5)]
     count: usize,
+    /// Paper of the charts: A0 to A5, Letter, Legal, Tabloid, or WxH in millimetres; landscape
+    #[arg(long, value_name = "A3|WxH", default_value = "A3", value_parser = parse_paper)]
+    paper: [f64; 2],
     /// Print the plan as JSON
     #[arg(long)]
     json: bool,
 }
 
-fn parse_sensor(text: &str) -> Result<[f64; 2], String> {
+pub(super) fn parse_sensor(text: &str) -> Result<[f64; 2], String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| {
         let side = |t: &str| t.trim().parse().ok();
         Some([side(w)?, side(h)?])
@@ -67,7 +72,7 @@ pub(super) fn run(args: &PlanArgs, console: &mut Console) -> Result<(), CommandE
     };
     let plan = lens.plan().map_err(by_option)?;
     if args.json {
-        let report = report_json(&plan);
+        let report = report_json(args, &plan);
         console.print(format!("{report:#}"));
         return Ok(());
     }
@@ -75,6 +80,16 @@ pub(super) fn run(args: &PlanArgs, console: &mut Console) -> Result<(), CommandE
     console.print("  distance m   blur px   largest light   chart m          lights apart px");
     for distance in &plan.distances {
         console.print(row(distance));
+    }
+    console.print("a page at each distance, and the command that prints it:");
+    for distance in &plan.distances {
+        if let Some(coverage) = args.coverage(distance) {
+            console.print(format!(
+                "  {}",
+                coverage.describe(&metres(distance.distance_m))
+            ));
+            console.print(format!("    {}", args.print_command(distance)));
+        }
     }
     console.print(format!(
         "blur: diameter of the circle of confusion; diffraction adds an Airy disc of {:.1} px",
@@ -97,6 +112,41 @@ pub(super) fn run(args: &PlanArgs, console: &mut Console) -> Result<(), CommandE
         "also: one dark frame (cap on) at the same exposure; tripod, self-timer, no stabiliser",
     );
     Ok(())
+}
+
+impl PlanArgs {
+    /// Returns how much of the frame a page covers; `None` at infinity.
+    fn coverage(&self, distance: &PlannedDistance) -> Option<PageCoverage> {
+        let [width_mm, height_mm] = self.paper;
+        let medium = Medium {
+            width_mm,
+            height_mm,
+            margin_mm: MARGIN_MM,
+            pixel_mm: None,
+        };
+        let viewing = Viewing {
+            distance_m: distance.distance_m,
+            focal_mm: self.focal_mm,
+            pitch_um: self.pitch_um,
+            blur_px: distance.blur_px,
+        };
+        let is_finite = distance.distance_m.is_finite();
+        is_finite.then(|| PageCoverage::of(&medium, &viewing, self.sensor_mm))
+    }
+
+    /// Returns the command that prints the page for a distance.
+    fn print_command(&self, distance: &PlannedDistance) -> String {
+        let [width, height] = self.paper;
+        let [sensor_width, sensor_height] = self.sensor_mm;
+        format!(
+            "seidel measure print edges -o page.pdf --paper {width}x{height} --distance {} --focal-length-mm {} --pitch-um {} --sensor-mm {sensor_width}x{sensor_height} --f-number {} --focus-distance {}",
+            metres(distance.distance_m),
+            self.focal_mm,
+            self.pitch_um,
+            self.f_number,
+            metres(self.focus_m)
+        )
+    }
 }
 
 fn metres(value: f64) -> String {
@@ -124,7 +174,7 @@ fn row(d: &PlannedDistance) -> String {
     )
 }
 
-fn report_json(plan: &CapturePlan) -> Value {
+fn report_json(args: &PlanArgs, plan: &CapturePlan) -> Value {
     let distances: Vec<Value> = (plan.distances.iter())
         .map(|d| {
             json!({
@@ -135,6 +185,13 @@ fn report_json(plan: &CapturePlan) -> Value {
                 "largest_light_arcsec": d.largest_light_arcsec,
                 "chart_m": d.chart_m,
                 "light_step_px": d.light_step_px,
+                "page": args.coverage(d).map(|page| json!({
+                    "share": page.share,
+                    "positions": page.positions,
+                    "centres": [page.centres(0), page.centres(1)],
+                    "filling_distance_m": page.filling_distance_m,
+                    "print": args.print_command(d),
+                })),
             })
         })
         .collect();

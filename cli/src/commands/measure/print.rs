@@ -7,10 +7,12 @@ use clap::{Args, ValueEnum};
 use seidel_image_io::FileError;
 use seidel_image_io::atomic::{Output, check_target, write_atomically};
 use seidel_image_io::formats::png::write_rgb8;
-use seidel_measure::printed::{self, Medium, Sheet, Viewing};
+use seidel_measure::capture_plan::CapturedLens;
+use seidel_measure::printed::{self, Medium, PageCoverage, Sheet, Viewing};
 use serde_json::json;
 
 use super::by_option;
+use super::plan::parse_sensor;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::printed::{PrintFormat, pdf, picture, svg};
@@ -52,9 +54,23 @@ pub struct PrintArgs {
     /// Pixel pitch of the sensor in micrometres
     #[arg(long, value_name = "P", default_value_t = 4.0)]
     pitch_um: f64,
+    /// Width and height of the sensor in millimetres
+    #[arg(long, value_name = "WxH", default_value = "36x24", value_parser = parse_sensor)]
+    sensor_mm: [f64; 2],
     /// Diameter of the expected blur in pixels of the photograph
-    #[arg(long, value_name = "D", default_value_t = 8.0)]
+    #[arg(long, value_name = "D", default_value_t = 8.0, conflicts_with_all = ["f_number", "focus_m"])]
     blur_px: f64,
+    /// f-number of the shot, from which the blur follows instead
+    #[arg(long, value_name = "N", requires = "focus_m")]
+    f_number: Option<f64>,
+    /// Focus distance of the shot in metres, or `inf`, from which the blur follows instead
+    #[arg(
+        long = "focus-distance",
+        alias = "focus-m",
+        value_name = "METRES",
+        requires = "f_number"
+    )]
+    focus_m: Option<f64>,
     /// Seed of the random pattern: the same seed and options give the same chart
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -76,8 +92,11 @@ enum Kind {
     Board,
 }
 
+/// Least blur of a lens in focus, px.
+const LEAST_BLUR_PX: f64 = 2.0;
+
 /// Blank margin of paper, mm: most printers cannot print there.
-const MARGIN_MM: f64 = 8.0;
+pub(super) const MARGIN_MM: f64 = 8.0;
 
 /// Papers by name: width and height, landscape, mm.
 const PAPERS: [(&str, [f64; 2]); 9] = [
@@ -92,7 +111,7 @@ const PAPERS: [(&str, [f64; 2]); 9] = [
     ("TABLOID", [431.8, 279.4]),
 ];
 
-fn parse_paper(text: &str) -> Result<[f64; 2], String> {
+pub(super) fn parse_paper(text: &str) -> Result<[f64; 2], String> {
     let upper = text.to_ascii_uppercase();
     if let Some((_, size)) = PAPERS.iter().find(|(name, _)| *name == upper) {
         return Ok(*size);
@@ -168,7 +187,7 @@ impl PrintArgs {
             distance_m: self.distance_m,
             focal_mm: self.focal_mm,
             pitch_um: self.pitch_um,
-            blur_px: self.blur_px,
+            blur_px: self.blur_px()?,
         };
         let sheet = match self.kind {
             Kind::Noise => printed::noise(medium, &viewing, self.seed),
@@ -176,7 +195,38 @@ impl PrintArgs {
             Kind::Lights => printed::lights(medium, &viewing, self.seed),
             Kind::Board => printed::board(medium, &viewing),
         };
-        sheet.map_err(by_option)
+        let mut sheet = sheet.map_err(by_option)?;
+        let coverage = PageCoverage::of(&medium, &viewing, self.sensor_mm);
+        let blur_px = viewing.blur_px;
+        sheet
+            .choices
+            .push(format!("for a blur of {blur_px:.1} px in diameter"));
+        sheet
+            .choices
+            .push(coverage.describe(&self.distance_m.to_string()));
+        Ok(sheet)
+    }
+
+    /// Returns the expected blur: that of a thin lens, or as stated.
+    fn blur_px(&self) -> Result<f64, CommandError> {
+        let (Some(f_number), Some(focus_m)) = (self.f_number, self.focus_m) else {
+            return Ok(self.blur_px);
+        };
+        let lens = CapturedLens {
+            focal_mm: self.focal_mm,
+            f_number,
+            focus_m,
+            pitch_um: self.pitch_um,
+            sensor_mm: self.sensor_mm,
+            near_m: Some(self.distance_m),
+            far_m: self.distance_m,
+            count: 1,
+        };
+        let plan = lens.plan().map_err(by_option)?;
+        Ok(lens
+            .blur_px(1.0 / self.distance_m)
+            .max(plan.airy_px)
+            .max(LEAST_BLUR_PX))
     }
 
     fn medium(&self) -> Result<Medium, CommandError> {

@@ -88,6 +88,14 @@ impl Fit {
         }
     }
 
+    /// Returns the limits of the result, to add one or take one back.
+    pub fn warnings_mut(&mut self) -> &mut Vec<String> {
+        match self {
+            Self::Moments(fit) => &mut fit.warnings,
+            Self::Pupil(fit) => &mut fit.warnings,
+        }
+    }
+
     /// Returns the tiles excluded from the fit, with reasons.
     pub fn rejected(&self) -> &[Rejection] {
         match self {

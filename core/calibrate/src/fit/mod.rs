@@ -15,7 +15,7 @@
 
 pub mod axis;
 mod axis_problem;
-mod coverage;
+pub mod coverage;
 pub mod displacement;
 pub mod edges;
 mod front;

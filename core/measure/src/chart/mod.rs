@@ -459,6 +459,10 @@ fn centre(block: &Region) -> [f64; 2] {
     ]
 }
 
+/// Sample of a tile over its largest whose relative error is stated for all. With it the stated errors of green tiles of an 8-bit
+/// development of a simulated chart are those found; without it they were four times too small.
+const TYPICAL_SAMPLE: f64 = 2.0 / 3.0;
+
 fn measured(
     block: &Region,
     estimates: &[&BlockEstimate],
@@ -471,13 +475,20 @@ fn measured(
         // A sharp photograph's own blur.
         added_sigma_px: settings.added_sigma_px,
     };
+    let tiles: Vec<Vec<f64>> = (estimates.iter())
+        .map(|e| integration.of(&e.kernel, measurement.side))
+        .collect();
+    // Errors of developed samples follow the signal, and no noise shows them.
+    let relative = TYPICAL_SAMPLE * measurement.photo.errors.relative;
+    let sigma = estimates.iter().zip(&tiles).map(|(estimate, tile)| {
+        let largest = tile.iter().copied().fold(0.0, f64::max);
+        estimate.sigma.hypot(relative * largest)
+    });
     MeasuredBlock {
         centre: [x as usize, y as usize],
         size: [block.width, block.height],
-        tiles: (estimates.iter())
-            .map(|e| integration.of(&e.kernel, measurement.side))
-            .collect(),
-        sigma: estimates.iter().map(|e| e.sigma).collect(),
+        sigma: sigma.collect(),
+        tiles,
         chi_square: estimates.iter().map(|e| e.chi_square).collect(),
     }
 }

@@ -507,6 +507,14 @@ impl MeasuredEdges {
             sums[3] += sin * sin;
             count += 1.0;
         }
+        let clipped = self.left_out.iter().filter(|l| l.why == Reason::Clipped);
+        let clipped = clipped.count() as f64;
+        if clipped > NOTABLE_CLIPPED * (clipped + count) {
+            self.warnings.push(format!(
+                "{clipped} of {} edges clip: part of the frame is overexposed, and the lens is extrapolated there. Expose less.",
+                clipped + count
+            ));
+        }
         let mean = (sums[0] * sums[0] + sums[1] * sums[1]).sqrt() / f64::max(count, 1.0);
         if mean > ONE_ORIENTATION {
             self.warnings.push(
@@ -517,5 +525,7 @@ impl MeasuredEdges {
     }
 }
 
+/// Share of clipped edges from which on they are remarked on.
+const NOTABLE_CLIPPED: f64 = 0.2;
 /// Length of the mean of the doubled normals above which there is only one orientation.
 const ONE_ORIENTATION: f64 = 0.9;

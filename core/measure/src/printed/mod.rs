@@ -4,11 +4,13 @@
 //! [`Viewing::px_mm`] millimetres of the chart. Every design has a function that returns a [`Sheet`].
 
 mod board;
+mod coverage;
 mod edges;
 mod lights;
 mod noise;
 
 pub use board::board;
+pub use coverage::PageCoverage;
 pub use edges::edges;
 pub use lights::lights;
 pub use noise::noise;

@@ -45,7 +45,7 @@ pub(super) struct MomentFit {
 }
 
 /// Returns the rows of S1..S5 and of S6..S10 for an edge with `normal` at `at`.
-fn rows(at: FieldPoint, [nx, ny]: [f64; 2]) -> [[f64; 5]; 2] {
+pub(super) fn rows(at: FieldPoint, [nx, ny]: [f64; 2]) -> [[f64; 5]; 2] {
     let r2 = at.x * at.x + at.y * at.y;
     let along = at.x * nx + at.y * ny;
     let (square, cube) = (along * along, along.powi(3));
@@ -67,7 +67,7 @@ pub(in crate::fit) fn variance_row(at: FieldPoint, normal: [f64; 2]) -> [f64; 5]
 }
 
 /// Returns a moment of an edge and its standard deviation: the variance (0) or the third moment (1).
-fn moment(edge: &Edge, which: usize) -> (f64, f64) {
+pub(super) fn moment(edge: &Edge, which: usize) -> (f64, f64) {
     [
         (edge.variance_px2, edge.variance_sigma),
         (edge.third_px3, edge.third_sigma),

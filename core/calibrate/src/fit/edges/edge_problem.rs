@@ -10,6 +10,7 @@ use crate::fit::pixels::parameters::ParameterLayout;
 use crate::least_squares::{
     CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
+use seidel_optics::field::FieldPoint;
 use seidel_optics::numeric::median;
 
 /// Multiple of the median misfit, at least one, up to which edges keep nearly full weight.
@@ -68,6 +69,46 @@ impl EdgeProblem<'_> {
         self.cost(point, other.loss) / freedom
     }
 
+    /// Returns the covariance of the parameters by the jackknife over zones of the frame: how they move when one zone is left out,
+    /// each by one step of Gauss-Newton from `point`. It holds the errors of a model that fits no zone exactly, which the noise
+    /// does not show. `inverse` inverts a normal matrix.
+    pub(super) fn jackknife(
+        &self,
+        point: &EdgePoint,
+        inverse: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let count = point.theta.len();
+        let (total, _) = self.total(point);
+        let mut covariance = DMatrix::zeros(count, count);
+        let mut zones = 0.0;
+        for zone in 0..ZONES[0] * ZONES[1] {
+            let mut edges = Vec::new();
+            let mut own = EdgePoint {
+                theta: point.theta.clone(),
+                misfits: Vec::new(),
+                loss: point.loss,
+            };
+            for (edge, misfit) in self.edges.iter().zip(&point.misfits) {
+                if zone_of(edge.at) == zone {
+                    edges.push(*edge);
+                    own.misfits.push(*misfit);
+                }
+            }
+            if edges.is_empty() {
+                continue;
+            }
+            zones += 1.0;
+            let of_zone = EdgeProblem {
+                layout: self.layout,
+                edges: &edges,
+            };
+            let (normal, right) = of_zone.total(&own);
+            let moved = inverse(&(&total - normal)) * right;
+            covariance += &moved * moved.transpose();
+        }
+        covariance * ((zones - 1.0) / f64::max(zones, 1.0))
+    }
+
     /// Returns the weighted normal matrix and its right-hand side.
     pub(super) fn total(&self, point: &EdgePoint) -> (DMatrix<f64>, DVector<f64>) {
         let each: Vec<_> = (self.edges.par_iter())
@@ -79,6 +120,19 @@ impl EdgeProblem<'_> {
             .map(|misfit| point.loss.weight(*misfit));
         LensEquations::total(self.layout, each.iter().zip(weights))
     }
+}
+
+/// Columns and rows of the zones of the jackknife.
+const ZONES: [usize; 2] = [5, 4];
+
+/// Returns the index of the zone of a place; those beyond the unit square belong to its border.
+fn zone_of(at: FieldPoint) -> usize {
+    let index = |v: f64, most: usize| {
+        let share = (v + 1.0) / 2.0;
+        ((share * most as f64).max(0.0) as usize).min(most - 1)
+    };
+    // Frames are about two thirds as high as wide.
+    index(1.5 * at.y, ZONES[1]) * ZONES[0] + index(at.x, ZONES[0])
 }
 
 impl LeastSquares for EdgeProblem<'_> {

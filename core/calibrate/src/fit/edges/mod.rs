@@ -6,6 +6,7 @@
 //!    (`edge_problem`). A ray shifts the step by its landing point along the normal (`profile_model`, `rays`).
 //! 4. Fifth-order aberrations and vignetting are added where they improve edges of held-out zones.
 
+mod departures;
 mod edge_moments;
 mod edge_problem;
 mod profile_model;
@@ -18,10 +19,11 @@ use nalgebra::DMatrix;
 
 use super::pixels::parameters::{ModelStructure, ParameterLayout, Quantity};
 use super::pixels::parts::{self, Part};
-use super::{AxisChoice, holdout};
+use super::{AxisChoice, coverage, holdout};
 use crate::fit::axis::AxisEstimate;
 use crate::least_squares::Stop;
 use crate::stage::Stage;
+pub use departures::{Departures, Term};
 pub(super) use edge_moments::{find_axis, variance_row};
 use edge_problem::{EdgePoint, EdgeProblem};
 use profile_model::FitEdge;
@@ -30,7 +32,7 @@ use seidel_optics::distance::ObjectDistance;
 use seidel_optics::edges::{Edge, EdgeSet};
 use seidel_optics::effects;
 use seidel_optics::error::{Error, ErrorKind, Result};
-use seidel_optics::field::{FieldPoint, Frame};
+use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::MomentCoefficients;
 use seidel_optics::numeric::median;
 use seidel_optics::profile::{LensDescription, LensProfile, ProfileEffect, Provenance};
@@ -53,6 +55,8 @@ pub struct EdgeFit {
     pub axis: Option<AxisEstimate>,
     /// Median chi squared per degree of freedom of the profiles.
     pub chi2: f64,
+    /// What the profiles show that the lens does not, over the step: root mean square beyond the noise.
+    pub unexplained: f64,
     /// Whether the last minimisation converged.
     pub converged: bool,
     /// Limits of the result.
@@ -87,8 +91,6 @@ const PART_EDGES: usize = 120;
 const QUICK: Stop = Stop::at_decrease(8, 1e-2);
 const BETWEEN: Stop = Stop::at_decrease(12, 1e-3);
 const THOROUGH: Stop = Stop::at_decrease(40, 1e-5);
-/// Chi squared per degree of freedom above which the model leaves something unexplained.
-const MAX_CHI2: f64 = 2.0;
 
 /// Fits a lens to the edges of one camera.
 ///
@@ -103,15 +105,9 @@ pub fn fit_edges(
     let whole = Stage::whole(progress, "fit");
     whole.reach(0.0)?;
     set.check()?;
-    let mut frame = match settings.axis {
-        AxisChoice::At(axis) => set.frame.with_axis(axis)?,
-        AxisChoice::AsObserved | AxisChoice::Free => set.frame,
-    };
     let distances = distances(set)?;
     let groups = groups(set, &distances)?;
-    if settings.axis == AxisChoice::Free {
-        frame = frame.with_estimated_axis(edge_moments::find_axis(&frame, &groups)?.axis)?;
-    }
+    let frame = axis_frame(set, settings, &groups)?;
     let planes = planes(set, &frame, &groups)?;
     whole.reach(0.1)?;
     let context = Context::new(set, frame, &distances);
@@ -122,6 +118,27 @@ pub fn fit_edges(
     let (fit, point) = context.refined(&fit, &all, THOROUGH);
     whole.reach(1.0)?;
     context.assemble(fit, &point, planes, settings.axis)
+}
+
+/// Estimates the departures of edges from what any lens makes. `None` where the edges do not determine them.
+///
+/// # Errors
+/// As [`fit_edges`], which takes much longer.
+pub fn find_departures(set: &EdgeSet, settings: &EdgeFitSettings) -> Result<Option<Departures>> {
+    set.check()?;
+    let groups = groups(set, &distances(set)?)?;
+    let frame = axis_frame(set, settings, &groups)?;
+    Ok(Departures::of(&frame, &groups))
+}
+
+/// Returns the frame with the axis of `settings`, estimated from the moments of the edges where it is free.
+fn axis_frame(set: &EdgeSet, settings: &EdgeFitSettings, groups: &[Vec<&Edge>]) -> Result<Frame> {
+    let frame = match settings.axis {
+        AxisChoice::At(axis) => return set.frame.with_axis(axis),
+        AxisChoice::AsObserved => return Ok(set.frame),
+        AxisChoice::Free => set.frame,
+    };
+    frame.with_estimated_axis(edge_moments::find_axis(&frame, groups)?.axis)
 }
 
 /// Returns the distances of the edges by rising vergence.
@@ -417,8 +434,14 @@ impl<'a> Context<'a> {
             edges: &all,
         };
         let chi2 = median(&mut point.misfits.clone());
+        let mut beyond: Vec<f64> = (all.iter().zip(&point.misfits))
+            .map(|(edge, misfit)| (misfit - 1.0).max(0.0).sqrt() * edge.noise())
+            .collect();
         let (normal, _) = problem.total(point);
-        let covariance = inverse(&normal) * chi2.max(1.0);
+        let covariance = widened(
+            inverse(&normal) * chi2.max(1.0),
+            &problem.jackknife(point, &inverse),
+        );
         let unit = self.frame.half_width_px();
         let [x, y] = fit.layout.axis(&fit.theta);
         let frame =
@@ -455,16 +478,14 @@ impl<'a> Context<'a> {
                 "the fit did not converge within the maximum number of iterations".to_owned(),
             );
         }
-        if chi2 > MAX_CHI2 {
-            warnings.push(format!(
-                "the model leaves something unexplained: chi squared per degree of freedom of the profiles is {chi2:.1}"
-            ));
-        }
+        let places: Vec<ImagePoint> = self.set.edges.iter().map(|e| e.mid).collect();
+        warnings.extend(coverage::bare_sides(&self.frame, &places, "edge"));
         Ok(EdgeFit {
             lens,
             planes,
             axis,
             chi2,
+            unexplained: median(&mut beyond),
             converged: fit.converged,
             warnings,
         })
@@ -486,6 +507,18 @@ fn subsample<'t>(edges: &[&'t FitEdge], count: usize) -> Vec<&'t FitEdge> {
         .take_while(|k| *k < edges.len())
         .map(|k| edges[k])
         .collect()
+}
+
+/// Returns `covariance` with standard errors of at least those of `other`, and its correlations.
+fn widened(mut covariance: DMatrix<f64>, other: &DMatrix<f64>) -> DMatrix<f64> {
+    for k in 0..covariance.nrows() {
+        let ratio = other[(k, k)] / covariance[(k, k)];
+        if ratio.is_finite() && ratio > 1.0 {
+            covariance.row_mut(k).scale_mut(ratio.sqrt());
+            covariance.column_mut(k).scale_mut(ratio.sqrt());
+        }
+    }
+    covariance
 }
 
 /// Returns the inverse of a normal matrix on the parameters that the data depend on; zero for the others.

@@ -97,6 +97,14 @@ impl FitEdge {
         (self.bins.len() - OWN) as f64
     }
 
+    /// Returns the standard deviation of the levels, over the step: that of bins of mean weight.
+    pub(super) fn noise(&self) -> f64 {
+        let weights = self.bins.iter().map(|bin| bin.weight * bin.weight);
+        (weights.sum::<f64>() / self.bins.len() as f64)
+            .sqrt()
+            .recip()
+    }
+
     /// Returns chi squared per degree of freedom for a pupil.
     pub(super) fn misfit(&self, pupil: &LocalPupil) -> f64 {
         let rays = self

@@ -135,13 +135,7 @@ pub(super) fn assemble(
         warnings
             .push("too few PSFs to hold any out: the accuracy of the lens is unknown".to_owned());
     }
-    for poorly_determined in &errors.poorly_determined {
-        warnings.push(format!(
-            "these data hardly determine a combination of {}: its standard error is {:.0} times that of uncorrelated parameters",
-            poorly_determined.names.join(", "),
-            poorly_determined.inflation
-        ));
-    }
+    warnings.extend(poorly_determined_remark(&errors.poorly_determined));
     Ok(PupilFit {
         channels: reports(context, &lens),
         lens,
@@ -154,6 +148,30 @@ pub(super) fn assemble(
         warnings,
         fitted: Box::new(fit),
     })
+}
+
+/// Returns one remark on all combinations of parameters that the data hardly determine; `None` for none.
+fn poorly_determined_remark(combinations: &[PoorlyDetermined]) -> Option<String> {
+    let largest = combinations
+        .iter()
+        .map(|c| c.inflation)
+        .max_by(f64::total_cmp)?;
+    let mut names: Vec<&str> = Vec::new();
+    for name in combinations.iter().flat_map(|c| &c.names) {
+        // Without its channel.
+        let name = name.split(" (").next().unwrap_or(name);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let count = match combinations.len() {
+        1 => "one combination".to_owned(),
+        count => format!("{count} combinations"),
+    };
+    Some(format!(
+        "these data hardly determine {count} of {}: standard errors are up to {largest:.0} times those of uncorrelated parameters. The PSFs do not depend on them much",
+        names.join(", ")
+    ))
 }
 
 /// Gain of neighbours over the model from which on it is reported, dB.

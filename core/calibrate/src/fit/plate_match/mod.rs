@@ -17,7 +17,7 @@ mod scene_blur;
 mod tests;
 
 use super::AxisChoice;
-use super::edges::{EdgeFitSettings, find_axis, fit_edges};
+use super::edges::{Departures, EdgeFitSettings, find_axis, find_departures, fit_edges};
 use crate::stage::Stage;
 use bootstrap::{Interval, MatchedMoments};
 use plate_sample::PlateSample;
@@ -91,6 +91,12 @@ pub struct PlateMatch {
     pub scene_px2: f64,
     /// True over stated errors of the variances.
     pub noise_scale: f64,
+    /// Median chi squared per degree of freedom of the profiles of the sharper edges.
+    pub chi2: f64,
+    /// As [`EdgeFit::unexplained`](super::edges::EdgeFit::unexplained), of these edges.
+    pub unexplained: f64,
+    /// Departures of these edges from a lens.
+    pub departures: Option<Departures>,
     /// Limits of the result.
     pub warnings: Vec<String>,
 }
@@ -103,6 +109,8 @@ pub const MAX_RELATIVE: f64 = 0.25;
 const MIN_SHARP_GAIN: f64 = 6.6;
 /// Sharp edges that a match needs.
 const MIN_SHARP: f64 = 15.0;
+/// Share of sharp edges from which on no softer ones show that the sharp ones are those of the lens.
+const ALL_SHARP: f64 = 0.95;
 /// Blur of the scene over that of the lens up to which an edge shows the rays of the lens.
 const MAX_OWN_BLUR: f64 = 0.6;
 /// Standard deviation of the axis, over the frame's width, above which the centre of the frame is taken.
@@ -152,7 +160,9 @@ pub fn match_plate(
     let axis = AxisChoice::At(matched.frame.axis());
     let rest = whole.part(0.2, 1.0);
     let fitting = |share: f64| rest.reach(share).is_ok();
-    let fit = fit_edges(&sharper, &EdgeFitSettings { axis }, &fitting)?;
+    let settings = EdgeFitSettings { axis };
+    let departures = find_departures(&sharper, &settings)?;
+    let fit = fit_edges(&sharper, &settings, &fitting)?;
     warnings.extend(fit.warnings);
     let mut lens = fit.lens;
     let widest = channels.iter().map(|c| c.relative).fold(0.0, f64::max);
@@ -168,6 +178,12 @@ pub fn match_plate(
             *sigma = sigma.hypot(interval.variance);
         }
     }
+    if matched.sharp() > ALL_SHARP * matched.count as f64 {
+        warnings.push(
+            "all edges are equally sharp, so nothing tells the lens from a scene or a plate that is soft everywhere: the size of the blur is right only if the edges of the scene are sharp. Differences between channels are known in either case"
+                .to_owned(),
+        );
+    }
     let departure = departure(&lens, &matched);
     if departure > MAX_DEPARTURE * widest {
         warnings.push(format!(
@@ -182,6 +198,9 @@ pub fn match_plate(
         sharp: matched.sharp(),
         scene_px2: matched.moments.mixture.mean_px2,
         noise_scale: matched.moments.mixture.noise_scale,
+        chi2: fit.chi2,
+        unexplained: fit.unexplained,
+        departures,
         warnings,
     })
 }
