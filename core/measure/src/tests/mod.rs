@@ -1,6 +1,7 @@
 //! Tests on photographs that a small simulator draws.
 
 mod frames;
+mod left_out;
 mod simulator;
 
 use seidel_optics::error::ErrorKind;
