@@ -1,6 +1,7 @@
 //! Lights of photographs: the steps from pixels to tiles.
 
 mod candidate;
+mod judgement;
 mod outliers;
 mod repeats;
 mod shade;
@@ -14,6 +15,7 @@ use seidel_optics::tile::Tile;
 
 use crate::background::Background;
 use crate::calibration::{Calibration, check_alike};
+use crate::checks::{Concern, Severity};
 use crate::detection::{Filtered, Peak, Signal};
 use crate::photograph::Photograph;
 use crate::profile_fit::Profile;
@@ -124,6 +126,8 @@ pub struct LightSet {
     pub tile_px: usize,
     /// Response of the channels to the lights, relative to the reference channel.
     pub response: Vec<f64>,
+    /// Faults of the photographs.
+    pub concerns: Vec<Concern>,
     /// Limits of the result.
     pub warnings: Vec<String>,
 }
@@ -134,6 +138,8 @@ const FIRST_FILTER_PX: f32 = 1.6;
 const EXTENT_LIGHTS: usize = 60;
 /// Share of the peak down to which a light extends.
 const EXTENT_SHARE: f32 = 0.02;
+/// Least level of the extent of a light, standard deviations of the filtered noise.
+const EXTENT_SIGMAS: f32 = 5.0;
 /// Largest extent that is followed, px.
 const MAX_EXTENT_PX: usize = 160;
 /// Radius of a tile over the extent of the lights, and its least value in px.
@@ -226,6 +232,7 @@ pub fn measure_lights(
         gain,
         tile_px,
         response,
+        concerns: Vec::new(),
         warnings: Vec::new(),
     };
     set.leave_out_faults()?;
@@ -236,8 +243,15 @@ pub fn measure_lights(
             .then(a.x.total_cmp(&b.x))
     });
     if set.lights.is_empty() {
-        return Err(none_kept(&set.left_out));
+        let photographs = set.photographs.iter().zip(&found);
+        let processed = photographs.filter_map(|(photo, found)| judgement::processed(photo, found));
+        let refused = |concern: &Concern| concern.severity == Severity::Refuse;
+        return Err(match processed.filter(refused).next() {
+            Some(concern) => concern.error,
+            None => none_kept(&set.left_out),
+        });
     }
+    set.concerns = judgement::concerns(&set, &found);
     set.add_warnings();
     Ok(set)
 }
@@ -333,7 +347,7 @@ fn typical_extent(photo: &Photograph, filtered: &Filtered, peaks: &[Peak]) -> f6
     let mut extents: Vec<f64> = sound
         .take(EXTENT_LIGHTS)
         .filter(|p| p.snr > 50.0)
-        .map(|p| filtered.extent(p, EXTENT_SHARE, MAX_EXTENT_PX))
+        .map(|p| extent_above_noise(filtered, p))
         .collect();
     if extents.is_empty() {
         let some = peaks.iter().take(EXTENT_LIGHTS);
@@ -343,6 +357,14 @@ fn typical_extent(photo: &Photograph, filtered: &Filtered, peaks: &[Peak]) -> f6
     }
     // Lights that touch others extend farther, so not the mean.
     quantile(&mut extents, 0.5)
+}
+
+/// Returns the extent of a light, from that at a level which noise does not reach: along connected noise it would have no end.
+fn extent_above_noise(filtered: &Filtered, peak: &Peak) -> f64 {
+    let share = EXTENT_SHARE.max(EXTENT_SIGMAS / peak.snr);
+    // Both levels as those of a Gaussian.
+    let wider = f64::from(EXTENT_SHARE.ln() / share.ln()).sqrt();
+    wider * filtered.extent(peak, share, MAX_EXTENT_PX)
 }
 
 fn check_found(photographs: &[Photograph], found: &[Found]) -> Result<()> {
@@ -382,7 +404,27 @@ fn none_kept(left_out: &[LeftOut]) -> Error {
 }
 
 impl LightSet {
+    /// Returns the first fault of the photographs for which no lens should be measured.
+    pub fn refusal(&self) -> Option<&Error> {
+        let refused = |concern: &&Concern| concern.severity == Severity::Refuse;
+        self.concerns
+            .iter()
+            .find(refused)
+            .map(|concern| &concern.error)
+    }
+
+    /// Returns the error of a pixel that the concerns add, as a share of the peak of its light.
+    fn added_error(&self) -> f64 {
+        let shares = self.concerns.iter().map(|concern| match concern.severity {
+            Severity::Widen(share) => share,
+            Severity::Refuse | Severity::Note => 0.0,
+        });
+        shares.fold(0.0, f64::max)
+    }
+
     fn add_warnings(&mut self) {
+        self.warnings
+            .extend(self.concerns.iter().map(|c| c.error.to_string()));
         let mut widths: Vec<f64> = (self.lights.iter())
             .filter_map(|l| Some(l.profiles[l.reference].as_ref()?.largest_sigma_px()))
             .collect();
@@ -471,9 +513,18 @@ impl LightSet {
                 })
             })
             .collect();
+        let share = self.added_error();
+        let noise_sigma = light
+            .noise_sigma
+            .iter()
+            .zip(&light.profiles)
+            .map(|(sigma, profile)| {
+                let model = profile.iter().flat_map(|p| &p.model);
+                Some(sigma.hypot(share * model.copied().fold(0.0, f64::max)))
+            });
         let file = format!("psf/{:04}.tif", light.number);
         Ok(Observation {
-            noise_sigma: light.noise_sigma.iter().copied().map(Some).collect(),
+            noise_sigma: noise_sigma.collect(),
             background: light.background.clone(),
             gain: self.gain,
             weight_mask: light.mask.clone(),

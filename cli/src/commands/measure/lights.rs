@@ -34,6 +34,9 @@ pub struct LightsArgs {
     /// Numbers of lights to keep in spite of the checks
     #[arg(long, value_name = "N,M", value_delimiter = ',')]
     keep: Vec<usize>,
+    /// Measure photographs with faults that make the lens wrong, such as sharpening or motion
+    #[arg(long)]
+    force: bool,
 }
 
 /// Names the option of numbers at fault.
@@ -42,6 +45,14 @@ fn named(error: seidel_core::Error) -> CommandError {
         "keep" | "leave_out" => by_option(error),
         _ => error.into(),
     }
+}
+
+/// Adds the option that measures in spite of a fault.
+fn refused(mut error: seidel_core::Error) -> CommandError {
+    error
+        .remedy
+        .push_str(", or measure in spite of it with --force");
+    error.into()
 }
 
 fn parse_tile(text: &str) -> Result<TileSize, String> {
@@ -80,6 +91,9 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
         ..LightSettings::default()
     };
     let measured = measure_lights(photographs, &calibration, &settings).map_err(named)?;
+    if let Some(refusal) = measured.refusal().filter(|_| !args.force) {
+        return Err(refused(refusal.clone()));
+    }
     let axis = match common.axis {
         Some(AxisChoice::At(axis)) => Some(axis),
         _ => None,

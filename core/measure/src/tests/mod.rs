@@ -1,5 +1,6 @@
 //! Tests on photographs that a small simulator draws.
 
+mod faults;
 mod frames;
 mod left_out;
 mod simulator;
