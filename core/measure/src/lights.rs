@@ -243,12 +243,16 @@ pub fn measure_lights(
             .then(a.x.total_cmp(&b.x))
     });
     if set.lights.is_empty() {
+        let none = none_kept(&set.left_out);
         let photographs = set.photographs.iter().zip(&found);
-        let processed = photographs.filter_map(|(photo, found)| judgement::processed(photo, found));
-        let refused = |concern: &Concern| concern.severity == Severity::Refuse;
-        return Err(match processed.filter(refused).next() {
-            Some(concern) => concern.error,
-            None => none_kept(&set.left_out),
+        let mut processed =
+            photographs.filter_map(|(photo, found)| judgement::processed(photo, found));
+        return Err(match processed.next() {
+            Some(Concern { error, .. }) => {
+                let problem = format!("{}; {}", error.problem, none.problem);
+                Error::new(error.place, problem, error.remedy).with_kind(none.kind())
+            }
+            None => none,
         });
     }
     set.concerns = judgement::concerns(&set, &found);

@@ -155,7 +155,7 @@ pub fn check(photo: &Photograph) -> Option<Concern> {
             "give the raw file, or develop it without sharpening",
         );
     }
-    if found.neighbours < MIN_CORRELATION || found.far > MAX_FAR * found.neighbours {
+    if found.neighbours < MIN_CORRELATION || found.far.abs() > MAX_FAR * found.neighbours {
         return None;
     }
     if photo.mosaic.is_some() {

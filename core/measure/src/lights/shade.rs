@@ -8,6 +8,9 @@ use crate::rejection::Reason;
 /// height of the light below which shade does no harm.
 const DARK_SIGMAS: f64 = 8.0;
 const DARK_SHARE: f64 = 0.002;
+/// The same standard deviations for developed pictures, the noise of whose neighbours is alike: a mean over 5 x 5 pixels of bilinearly
+/// interpolated colours has 2.5 times the noise of as many single ones.
+const DEVELOPED_SIGMAS: f64 = 20.0;
 /// Half sides of the squares, px: a defect, and dust of small and large contrast.
 const HALF_SIDES: [usize; 3] = [0, 1, 2];
 /// Margin around dust, whose rim is faint, px.
@@ -16,6 +19,8 @@ const MARGIN_PX: usize = 3;
 const CORE_SHARE: f64 = 0.9;
 /// Share of a tile up to which shade is masked.
 const MAX_SHARE: f64 = 0.5;
+/// Share of a tile from which on no spot is that large.
+const DARK_TILE_SHARE: f64 = 0.8;
 /// Departure of the mean of a quarter of a tile from the background, outside the light: a share of its height, and standard deviations.
 const MAX_DEPARTURE: f64 = 0.02;
 const MIN_DEPARTURE_SIGMAS: f64 = 8.0;
@@ -40,6 +45,10 @@ impl Scene<'_> {
         let mut darkest: f64 = 0.0;
         let mut shaded = vec![false; mask.len()];
         let mut in_core = false;
+        let sigmas = match self.photo.mosaic {
+            Some(_) => DARK_SIGMAS,
+            None => DEVELOPED_SIGMAS,
+        };
         let least = DARK_SHARE * f64::from(peak.height);
         for (x, y) in window.pixels() {
             for plane in 0..self.found.signal.planes.len() {
@@ -54,7 +63,7 @@ impl Scene<'_> {
                     let Some(mean) = self.mean(plane, pixels) else {
                         continue;
                     };
-                    if mean.value > -least.max(DARK_SIGMAS * mean.sigma) {
+                    if mean.value > -least.max(sigmas * mean.sigma) {
                         continue;
                     }
                     let margin = if half == 0 { 0 } else { half + MARGIN_PX };
@@ -75,7 +84,7 @@ impl Scene<'_> {
             *mask &= !shaded;
         }
         let share = shaded.iter().filter(|s| **s).count() as f64 / shaded.len().max(1) as f64;
-        if share > MAX_SHARE {
+        if share > MAX_SHARE && (share > DARK_TILE_SHARE || !in_core) {
             let departure = -darkest / f64::from(peak.height);
             return Err(Refusal::new(Reason::Slope, departure, MAX_DEPARTURE));
         }
