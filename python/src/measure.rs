@@ -151,6 +151,9 @@ fn measure_lights(
         let (photographs, darks, flats) = (read(lights)?, read(darks)?, read(flats)?);
         let calibration = Calibration::new(&darks, &flats)?;
         let measured = seidel_measure::measure_lights(photographs, &calibration, &settings)?;
+        if let Some(refusal) = measured.refusal() {
+            return Err(refusal.clone().into());
+        }
         warnings.extend(measured.warnings.iter().cloned());
         let point = axis.map(|(x, y)| ImagePoint::new(x, y));
         let set = measured.observations(point)?;

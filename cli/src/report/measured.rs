@@ -343,6 +343,7 @@ mod tests {
             [150.0, 100.0],
         ];
         let omitted = |why| LeftOut {
+            number: None,
             photograph: 0,
             x: 5.0,
             y: 5.0,

@@ -76,6 +76,11 @@ impl Background {
         self.interpolate(&self.sigma, x, y, 0.0)
     }
 
+    /// Returns the median level of the frame, counts.
+    pub fn typical_level(&self) -> f64 {
+        median(&mut self.level.clone())
+    }
+
     /// Returns the median standard deviation of the frame.
     pub fn typical_sigma(&self) -> f64 {
         median(&mut self.sigma.clone())

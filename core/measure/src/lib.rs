@@ -16,6 +16,7 @@
 //! | [`photon_transfer`] | counts per electron from the residuals of many lights |
 //! | [`smooth_field`] | robust polynomial over the field, from which outliers depart |
 //! | [`rejection`] | lights that were left out, with the reason |
+//! | [`checks`] | faults of a photograph: processing, mosaic, black level |
 //! | [`lights`] | the steps together |
 //! | [`edges`] | straight edges: segments, lines, profiles and their moments |
 //! | [`printed`] | charts to print: noise, edges, board, lights |
@@ -28,6 +29,7 @@ pub mod background;
 pub mod calibration;
 pub mod capture_plan;
 pub mod chart;
+pub mod checks;
 pub mod detection;
 pub mod edges;
 pub mod hot_pixels;
@@ -40,6 +42,7 @@ pub mod rejection;
 pub mod smooth_field;
 
 pub use calibration::Calibration;
+pub use checks::{Concern, Severity};
 pub use edges::{EdgeSettings, MeasuredEdges, measure_edges};
 pub use lights::{LightSet, LightSettings, MeasuredLight, TileSize, measure_lights};
 pub use photograph::{Photograph, SampleErrors};

@@ -1,8 +1,10 @@
 //! Lights of photographs: the steps from pixels to tiles.
 
 mod candidate;
+mod judgement;
 mod outliers;
 mod repeats;
+mod shade;
 
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
@@ -13,6 +15,7 @@ use seidel_optics::tile::Tile;
 
 use crate::background::Background;
 use crate::calibration::{Calibration, check_alike};
+use crate::checks::{Concern, Severity};
 use crate::detection::{Filtered, Peak, Signal};
 use crate::photograph::Photograph;
 use crate::profile_fit::Profile;
@@ -22,7 +25,7 @@ use repeats::reject_moved;
 use seidel_optics::numeric::quantile;
 
 /// Settings of [`measure_lights`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LightSettings {
     /// Size of the tiles.
     pub tile: TileSize,
@@ -30,6 +33,10 @@ pub struct LightSettings {
     pub detection_snr: f64,
     /// Flux over its noise, in the reference channel, that a light needs.
     pub min_snr: f64,
+    /// Numbers of lights to leave out.
+    pub leave_out: Vec<usize>,
+    /// Numbers of lights to keep in spite of the checks.
+    pub keep: Vec<usize>,
 }
 
 impl Default for LightSettings {
@@ -38,6 +45,8 @@ impl Default for LightSettings {
             tile: TileSize::Auto,
             detection_snr: 8.0,
             min_snr: 40.0,
+            leave_out: Vec::new(),
+            keep: Vec::new(),
         }
     }
 }
@@ -61,14 +70,18 @@ impl TileSize {
 pub struct MeasuredLight {
     /// Index of the photograph.
     pub photograph: usize,
+    /// Number among all lights that were found, from top to bottom, photograph after photograph.
+    pub number: usize,
     /// Column and row of the tile's top-left pixel.
     pub corner: (usize, usize),
     /// Columns and rows of the tile.
     pub size: (usize, usize),
     /// Pixels of the tile to use; all if `None`.
     pub mask: Option<Vec<bool>>,
-    /// Background by channel, counts.
+    /// Background by channel in the middle of the tile, counts.
     pub background: Vec<f64>,
+    /// Slope of the background by channel along x and y, counts per pixel; zero where it is lost in the noise.
+    pub slope: Vec<[f64; 2]>,
     /// Standard deviation of a dark pixel by channel, counts.
     pub noise_sigma: Vec<f64>,
     /// Fitted profile by channel, in frame pixels; `None` where the channel is too faint.
@@ -113,6 +126,8 @@ pub struct LightSet {
     pub tile_px: usize,
     /// Response of the channels to the lights, relative to the reference channel.
     pub response: Vec<f64>,
+    /// Faults of the photographs.
+    pub concerns: Vec<Concern>,
     /// Limits of the result.
     pub warnings: Vec<String>,
 }
@@ -123,11 +138,15 @@ const FIRST_FILTER_PX: f32 = 1.6;
 const EXTENT_LIGHTS: usize = 60;
 /// Share of the peak down to which a light extends.
 const EXTENT_SHARE: f32 = 0.02;
+/// Least level of the extent of a light, standard deviations of the filtered noise.
+const EXTENT_SIGMAS: f32 = 5.0;
 /// Largest extent that is followed, px.
 const MAX_EXTENT_PX: usize = 160;
 /// Radius of a tile over the extent of the lights, and its least value in px.
 const TILE_OVER_EXTENT: f64 = 1.5;
 const MIN_TILE_RADIUS_PX: f64 = 7.0;
+/// Standard deviations below the background that an observation set allows.
+const NEGATIVE_SIGMAS: f64 = 12.0;
 /// Standard deviation below which PSFs are undersampled, px.
 const UNRESOLVED_SIGMA_PX: f64 = 0.55;
 
@@ -167,6 +186,8 @@ pub fn measure_lights(
         TileSize::Pixels(side) => side,
         TileSize::Auto => 2 * radius.ceil() as usize + 1,
     };
+    let numbers = numbered(&found);
+    check_numbers(settings, numbers.iter().map(Vec::len).sum())?;
     let mut left_out = Vec::new();
     let gain = photographs.iter().find_map(|p| p.gain);
     let mut groups: Vec<Vec<MeasuredLight>> = Vec::new();
@@ -179,9 +200,10 @@ pub fn measure_lights(
             tile_px,
             gain: photo.assumed_gain(),
             settings,
+            numbers: &numbers[index],
         };
         let mut lights = scene.measure(&mut left_out);
-        outliers::reject(photo, &mut lights, &mut left_out);
+        outliers::reject(photo, &mut lights, &settings.keep, &mut left_out);
         groups.push(lights);
     }
     let mut distances: Vec<ObjectDistance> = Vec::new();
@@ -195,18 +217,9 @@ pub fn measure_lights(
         let mut same: Vec<&mut Vec<MeasuredLight>> = same
             .filter_map(|(group, photo)| (photo.distance == distance).then_some(group))
             .collect();
-        reject_moved(&mut same, &mut left_out);
+        reject_moved(&mut same, &settings.keep, &mut left_out);
     }
-    left_out.sort_by(|a, b| {
-        (a.photograph, a.why)
-            .cmp(&(b.photograph, b.why))
-            .then(a.y.total_cmp(&b.y))
-            .then(a.x.total_cmp(&b.x))
-    });
     let lights: Vec<MeasuredLight> = groups.into_iter().flatten().collect();
-    if lights.is_empty() {
-        return Err(none_kept(&left_out));
-    }
     let response = std::mem::take(&mut found[0].signal.response);
     let hot_pixels = (found.iter())
         .map(|f| f.signal.hot.iter().flatten().filter(|h| **h).count())
@@ -219,10 +232,78 @@ pub fn measure_lights(
         gain,
         tile_px,
         response,
+        concerns: Vec::new(),
         warnings: Vec::new(),
     };
+    set.leave_out_faults()?;
+    set.left_out.sort_by(|a, b| {
+        (a.photograph, a.why)
+            .cmp(&(b.photograph, b.why))
+            .then(a.y.total_cmp(&b.y))
+            .then(a.x.total_cmp(&b.x))
+    });
+    if set.lights.is_empty() {
+        let none = none_kept(&set.left_out);
+        let photographs = set.photographs.iter().zip(&found);
+        let mut processed =
+            photographs.filter_map(|(photo, found)| judgement::processed(photo, found));
+        return Err(match processed.next() {
+            Some(Concern { error, .. }) => {
+                let problem = format!("{}; {}", error.problem, none.problem);
+                Error::new(error.place, problem, error.remedy).with_kind(none.kind())
+            }
+            None => none,
+        });
+    }
+    set.concerns = judgement::concerns(&set, &found);
     set.add_warnings();
     Ok(set)
+}
+
+/// Returns the smallest light of observation `index` that counts, in any channel, over the noise of a pixel.
+fn darkest_over_noise(set: &ObservationSet, index: usize) -> f64 {
+    let observation = &set.observations[index];
+    let of_channel = |channel: usize| {
+        let counted = set.counted(observation, channel);
+        let light = observation.light(channel);
+        let pixels = light.samples().iter().enumerate();
+        let used = pixels.filter(|(k, _)| counted.as_ref().is_none_or(|c| c[*k]));
+        let lowest = used.fold(f32::INFINITY, |lowest, (_, v)| lowest.min(*v));
+        let noise = observation.noise_sigma[channel].unwrap_or(1.0);
+        f64::from(lowest) / noise.max(f64::MIN_POSITIVE)
+    };
+    (0..set.channels.len())
+        .map(of_channel)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Returns the number of every peak of every photograph: from top to bottom, photograph after photograph.
+fn numbered(found: &[Found]) -> Vec<Vec<usize>> {
+    let mut first = 0;
+    let of = |found: &Found| {
+        let mut order: Vec<usize> = (0..found.peaks.len()).collect();
+        order.sort_by_key(|k| (found.peaks[*k].y, found.peaks[*k].x));
+        let mut numbers = vec![0; order.len()];
+        for (rank, k) in order.into_iter().enumerate() {
+            numbers[k] = first + rank;
+        }
+        first += numbers.len();
+        numbers
+    };
+    found.iter().map(of).collect()
+}
+
+fn check_numbers(settings: &LightSettings, count: usize) -> Result<()> {
+    for (field, numbers) in [("leave_out", &settings.leave_out), ("keep", &settings.keep)] {
+        if let Some(number) = numbers.iter().find(|n| **n >= count) {
+            return Err(Error::new(
+                field,
+                format!("names light {number}, but {count} were found"),
+                "give numbers of `left_out.json` or of the files in `psf`, which start at 0",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Lights found in one photograph.
@@ -270,7 +351,7 @@ fn typical_extent(photo: &Photograph, filtered: &Filtered, peaks: &[Peak]) -> f6
     let mut extents: Vec<f64> = sound
         .take(EXTENT_LIGHTS)
         .filter(|p| p.snr > 50.0)
-        .map(|p| filtered.extent(p, EXTENT_SHARE, MAX_EXTENT_PX))
+        .map(|p| extent_above_noise(filtered, p))
         .collect();
     if extents.is_empty() {
         let some = peaks.iter().take(EXTENT_LIGHTS);
@@ -280,6 +361,14 @@ fn typical_extent(photo: &Photograph, filtered: &Filtered, peaks: &[Peak]) -> f6
     }
     // Lights that touch others extend farther, so not the mean.
     quantile(&mut extents, 0.5)
+}
+
+/// Returns the extent of a light, from that at a level which noise does not reach: along connected noise it would have no end.
+fn extent_above_noise(filtered: &Filtered, peak: &Peak) -> f64 {
+    let share = EXTENT_SHARE.max(EXTENT_SIGMAS / peak.snr);
+    // Both levels as those of a Gaussian.
+    let wider = f64::from(EXTENT_SHARE.ln() / share.ln()).sqrt();
+    wider * filtered.extent(peak, share, MAX_EXTENT_PX)
 }
 
 fn check_found(photographs: &[Photograph], found: &[Found]) -> Result<()> {
@@ -319,7 +408,27 @@ fn none_kept(left_out: &[LeftOut]) -> Error {
 }
 
 impl LightSet {
+    /// Returns the first fault of the photographs for which no lens should be measured.
+    pub fn refusal(&self) -> Option<&Error> {
+        let refused = |concern: &&Concern| concern.severity == Severity::Refuse;
+        self.concerns
+            .iter()
+            .find(refused)
+            .map(|concern| &concern.error)
+    }
+
+    /// Returns the error of a pixel that the concerns add, as a share of the peak of its light.
+    fn added_error(&self) -> f64 {
+        let shares = self.concerns.iter().map(|concern| match concern.severity {
+            Severity::Widen(share) => share,
+            Severity::Refuse | Severity::Note => 0.0,
+        });
+        shares.fold(0.0, f64::max)
+    }
+
     fn add_warnings(&mut self) {
+        self.warnings
+            .extend(self.concerns.iter().map(|c| c.error.to_string()));
         let mut widths: Vec<f64> = (self.lights.iter())
             .filter_map(|l| Some(l.profiles[l.reference].as_ref()?.largest_sigma_px()))
             .collect();
@@ -331,7 +440,30 @@ impl LightSet {
         }
     }
 
-    /// Returns the observation set of the lights, whose files are named in order, for a frame whose axis is `axis`.
+    /// Leaves out the lights whose observations a fit would refuse.
+    fn leave_out_faults(&mut self) -> Result<()> {
+        let set = self.observations(None)?;
+        let mut at_fault: Vec<usize> = (set.faults().iter())
+            .filter_map(|f| f.observation)
+            .collect();
+        at_fault.dedup();
+        for index in at_fault.into_iter().rev() {
+            let light = self.lights.remove(index);
+            let [x, y] = light.place();
+            self.left_out.push(LeftOut {
+                photograph: light.photograph,
+                number: Some(light.number),
+                x,
+                y,
+                why: Reason::DarkPixels,
+                value: darkest_over_noise(&set, index),
+                limit: -NEGATIVE_SIGMAS,
+            });
+        }
+        Ok(())
+    }
+
+    /// Returns the observation set of the lights, whose files are named after their numbers, for a frame whose axis is `axis`.
     ///
     /// # Errors
     /// An axis that is not finite.
@@ -339,8 +471,8 @@ impl LightSet {
         let first = &self.photographs[0];
         let size = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
         let frame = Frame::new(size(first.width), size(first.height), axis)?;
-        let observations = (self.lights.iter().enumerate())
-            .map(|(index, light)| self.observation(index, light))
+        let observations = (self.lights.iter())
+            .map(|light| self.observation(light))
             .collect::<Result<_>>()?;
         let mosaic: Option<Mosaic> = first.mosaic;
         Ok(ObservationSet {
@@ -350,15 +482,24 @@ impl LightSet {
         })
     }
 
-    fn observation(&self, index: usize, light: &MeasuredLight) -> Result<Observation> {
+    fn observation(&self, light: &MeasuredLight) -> Result<Observation> {
         let photo = &self.photographs[light.photograph];
         let (left, top) = light.corner;
         let (width, height) = light.size;
         let tiles = (0..photo.channels.len())
             .map(|channel| {
                 let plane = &photo.planes[photo.plane_of(channel)];
-                let rows = (top..top + height).map(|y| &plane[y * photo.width + left..][..width]);
-                Tile::new(width, height, rows.collect::<Vec<_>>().concat())
+                let pattern = photo.channel_pattern(photo.plane_of(channel));
+                let pixels = (0..width * height).map(|k| {
+                    let (column, row) = (k % width, k / width);
+                    let (x, y) = (left + column, top + row);
+                    let colour = pattern[2 * (y % 2) + x % 2];
+                    let [across, down] = colour.map_or([0.0; 2], |c| light.slope[c]);
+                    let slope = across * (column as f64 + 0.5 - width as f64 / 2.0)
+                        + down * (row as f64 + 0.5 - height as f64 / 2.0);
+                    plane[y * photo.width + x] - slope as f32
+                });
+                Tile::new(width, height, pixels.collect())
             })
             .collect::<Result<_>>()?;
         let centre = ImagePoint::new(
@@ -376,9 +517,18 @@ impl LightSet {
                 })
             })
             .collect();
-        let file = format!("psf/{index:04}.tif");
+        let share = self.added_error();
+        let noise_sigma = light
+            .noise_sigma
+            .iter()
+            .zip(&light.profiles)
+            .map(|(sigma, profile)| {
+                let model = profile.iter().flat_map(|p| &p.model);
+                Some(sigma.hypot(share * model.copied().fold(0.0, f64::max)))
+            });
+        let file = format!("psf/{:04}.tif", light.number);
         Ok(Observation {
-            noise_sigma: light.noise_sigma.iter().copied().map(Some).collect(),
+            noise_sigma: noise_sigma.collect(),
             background: light.background.clone(),
             gain: self.gain,
             weight_mask: light.mask.clone(),

@@ -17,8 +17,14 @@ pub enum Reason {
     Faint,
     /// The shape departs from a smooth field through its neighbours.
     UnlikeNeighbours,
-    /// Dust on the sensor shades the light.
+    /// Dust on the sensor shades the light, or the background beside it.
     Dust,
+    /// The background beside the light is no plane.
+    Slope,
+    /// Pixels that no check explains are darker than the background, or hold no light.
+    DarkPixels,
+    /// The user asked for it.
+    Asked,
     /// The light moved between photographs.
     Moved,
     /// The pixels are not those of a step along a straight line.
@@ -39,7 +45,7 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 18] = [
         Self::Clipped,
         Self::Double,
         Self::HotPixel,
@@ -47,6 +53,9 @@ impl Reason {
         Self::Faint,
         Self::UnlikeNeighbours,
         Self::Dust,
+        Self::Slope,
+        Self::DarkPixels,
+        Self::Asked,
         Self::Moved,
         Self::NotAnEdge,
         Self::ShortEdge,
@@ -67,6 +76,9 @@ impl Reason {
             Self::Faint => "faint",
             Self::UnlikeNeighbours => "unlike_neighbours",
             Self::Dust => "dust",
+            Self::Slope => "slope",
+            Self::DarkPixels => "dark_pixels",
+            Self::Asked => "asked",
             Self::Moved => "moved",
             Self::NotAnEdge => "not_an_edge",
             Self::ShortEdge => "short_edge",
@@ -88,6 +100,9 @@ impl Reason {
             Self::Faint => "flux over its noise",
             Self::UnlikeNeighbours => "departure in standard deviations",
             Self::Dust => "transmission of the darkest pixel",
+            Self::Slope => "departure of the background from a plane, over the peak",
+            Self::DarkPixels => "darkest pixel over its noise",
+            Self::Asked => "number of the light",
             Self::Moved => "motion, px",
             Self::NotAnEdge => "misfit of a step, over the step",
             Self::ShortEdge => "length between the corners, px",
@@ -113,6 +128,8 @@ impl fmt::Display for Reason {
 pub struct LeftOut {
     /// Index of the photograph.
     pub photograph: usize,
+    /// Number of a light among all that were found; `None` for edges and blocks.
+    pub number: Option<usize>,
     /// Frame position, px.
     pub x: f64,
     /// Frame position, px.

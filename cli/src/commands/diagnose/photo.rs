@@ -75,6 +75,9 @@ impl PhotoArgs {
         let assumed_gain = photographs[0].assumed_gain();
         let measured = measure_lights(photographs, &calibration, &LightSettings::default())
             .map_err(|e| FileError::from_core(first, e))?;
+        if let Some(refusal) = measured.refusal() {
+            return Err(refusal.clone().into());
+        }
         let mut set = measured.observations(Some(lens.frame.axis()))?;
         let mut remarks = vec![format!(
             "{} lights were measured, {} were left out: `seidel measure lights` says why",

@@ -14,14 +14,18 @@ pub(super) const FILE: &str = "left_out.json";
 pub(super) fn entries(left_out: &[LeftOut], photographs: &[Photograph]) -> Vec<Value> {
     let rounded = |v: f64| (v * 1e4).round() / 1e4;
     let entry = |l: &LeftOut| {
-        json!({
+        let mut entry = json!({
             "source": photographs[l.photograph].name,
             "x": rounded(l.x),
             "y": rounded(l.y),
             "why": l.why.name(),
             "value": rounded(l.value),
             "limit": rounded(l.limit),
-        })
+        });
+        if let Some(number) = l.number {
+            entry["number"] = json!(number);
+        }
+        entry
     };
     left_out.iter().map(entry).collect()
 }

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
 use super::fitted::PixelNoise;
-use super::{fitted, left_out, light_size, output, photographs};
+use super::{by_option, fitted, left_out, light_size, output, photographs};
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::measured_sheet::light_sheet;
@@ -28,6 +28,31 @@ pub struct LightsArgs {
     /// Diameter in pixels that the image of a light would have without blur: its variance is taken off the blur of the fitted lens
     #[arg(long, value_name = "PX", requires = "fit")]
     light_px: Option<f64>,
+    /// Numbers of lights to leave out, as `left_out.json` and the files in `psf` name them
+    #[arg(long, value_name = "N,M", value_delimiter = ',')]
+    leave_out: Vec<usize>,
+    /// Numbers of lights to keep in spite of the checks
+    #[arg(long, value_name = "N,M", value_delimiter = ',')]
+    keep: Vec<usize>,
+    /// Measure photographs with faults that make the lens wrong, such as sharpening or motion
+    #[arg(long)]
+    force: bool,
+}
+
+/// Names the option of numbers at fault.
+fn named(error: seidel_core::Error) -> CommandError {
+    match error.place.as_str() {
+        "keep" | "leave_out" => by_option(error),
+        _ => error.into(),
+    }
+}
+
+/// Adds the option that measures in spite of a fault.
+fn refused(mut error: seidel_core::Error) -> CommandError {
+    error
+        .remedy
+        .push_str(", or measure in spite of it with --force");
+    error.into()
 }
 
 fn parse_tile(text: &str) -> Result<TileSize, String> {
@@ -61,26 +86,35 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     let settings = LightSettings {
         tile: args.tile,
         min_snr: args.min_snr,
+        leave_out: args.leave_out.clone(),
+        keep: args.keep.clone(),
         ..LightSettings::default()
     };
-    let measured = measure_lights(photographs, &calibration, &settings)?;
+    let measured = measure_lights(photographs, &calibration, &settings).map_err(named)?;
+    if let Some(refusal) = measured.refusal().filter(|_| !args.force) {
+        return Err(refused(refusal.clone()));
+    }
     let axis = match common.axis {
         Some(AxisChoice::At(axis)) => Some(axis),
         _ => None,
     };
     let mut set = measured.observations(axis)?;
     let mut left_out = left_out::entries(&measured.left_out, &measured.photographs);
-    if let Some(path) = &common.also {
-        output::append(&mut set, &mut left_out, path)?;
-    }
-    let mut fit = match &common.fit {
-        Some(_) => {
-            let noise = PixelNoise::Photons {
-                white: f64::from(measured.photographs[0].white),
-            };
-            Some(fitted::fit_lens(common, &mut set, noise, console)?)
-        }
-        None => None,
+    let appended = match &common.also {
+        Some(path) => output::append(&mut set, &mut left_out, path),
+        None => Ok(()),
+    };
+    let noise = PixelNoise::Photons {
+        white: f64::from(measured.photographs[0].white),
+    };
+    let fitted = match (appended, &common.fit) {
+        (Ok(()), Some(_)) => fitted::fit_lens(common, &mut set, noise, console).map(Some),
+        (appended, _) => appended.map(|()| None),
+    };
+    // Whatever ends the run here, the lights that were measured are written.
+    let (mut fit, failure) = match fitted {
+        Ok(fit) => (fit, None),
+        Err(error) => (None, Some(error)),
     };
     let light_size = match (&mut fit, args.light_px) {
         (Some(fit), Some(diameter)) => Some(light_size::take_off(fit.lens_mut(), diameter)),
@@ -113,7 +147,16 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     for warning in measured.warnings.iter().chain(&light_size) {
         console.note(warning);
     }
-    Ok(())
+    match failure {
+        None => Ok(()),
+        Some(error) => {
+            let folder = common.out.display();
+            console.note(format!(
+                "no lens was fitted. {folder} holds the lights of the photographs: `seidel fit {folder}` fits them once the fault is corrected"
+            ));
+            Err(error)
+        }
+    }
 }
 
 /// Returns the number of lights left out for every reason that occurs.

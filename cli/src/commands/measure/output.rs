@@ -69,6 +69,20 @@ pub(super) fn write_page(path: &Path, page: &str) -> Result<(), FileError> {
     })
 }
 
+/// Returns the name of the tile of a number, and the number of a tile of such a name.
+fn file(number: usize) -> String {
+    format!("psf/{number:04}.tif")
+}
+
+fn number(name: &str) -> Option<usize> {
+    let number = name
+        .strip_prefix("psf/")?
+        .strip_suffix(".tif")?
+        .parse()
+        .ok()?;
+    (file(number) == name).then_some(number)
+}
+
 /// Adds the observations and the left-out places of the set at `path`, before those of `set`.
 pub(super) fn append(
     set: &mut ObservationSet,
@@ -90,10 +104,21 @@ pub(super) fn append(
             "append to a set of the same camera",
         )));
     }
-    other.observations.append(&mut set.observations);
-    for (index, observation) in other.observations.iter_mut().enumerate() {
-        observation.file = format!("psf/{index:04}.tif");
+    // Files keep their numbers where they have any; those of the photographs go on after them.
+    let numbers: Option<Vec<usize>> = other.observations.iter().map(|o| number(&o.file)).collect();
+    let first = match numbers {
+        Some(numbers) => numbers.into_iter().max().map_or(0, |largest| largest + 1),
+        None => {
+            for (index, observation) in other.observations.iter_mut().enumerate() {
+                observation.file = file(index);
+            }
+            other.observations.len()
+        }
+    };
+    for (index, observation) in set.observations.iter_mut().enumerate() {
+        observation.file = file(first + number(&observation.file).unwrap_or(index));
     }
+    other.observations.append(&mut set.observations);
     if set.axis_stated {
         (other.frame, other.axis_stated) = (set.frame, true);
     }

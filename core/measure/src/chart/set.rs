@@ -58,6 +58,7 @@ impl ChartSet {
         let of = |(photograph, m): (usize, &ChartMeasurement)| {
             let blocks = m.left_out.iter().map(move |b| LeftOut {
                 photograph,
+                number: None,
                 x: b.at[0],
                 y: b.at[1],
                 why: b.why,

@@ -443,6 +443,7 @@ impl Scene<'_> {
 
     fn left_out(&self, segment: &Segment, why: Reason, value: f64, limit: f64) -> LeftOut {
         LeftOut {
+            number: None,
             photograph: self.index,
             x: segment.mid[0],
             y: segment.mid[1],

@@ -47,23 +47,25 @@ pub(crate) struct Scene<'a> {
     /// Counts per electron, or an estimate of it.
     pub(crate) gain: f64,
     pub(crate) settings: &'a LightSettings,
+    /// Number of every peak among the lights of all photographs.
+    pub(crate) numbers: &'a [usize],
 }
 
 /// A refusal: the reason, the value and the limit.
-struct Refusal {
+pub(super) struct Refusal {
     why: Reason,
     value: f64,
     limit: f64,
 }
 
 impl Refusal {
-    fn new(why: Reason, value: f64, limit: f64) -> Self {
+    pub(super) fn new(why: Reason, value: f64, limit: f64) -> Self {
         Self { why, value, limit }
     }
 }
 
 /// The pixels of a tile.
-struct Window {
+pub(super) struct Window {
     left: usize,
     top: usize,
     width: usize,
@@ -71,7 +73,7 @@ struct Window {
 }
 
 impl Window {
-    fn pixels(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(super) fn pixels(&self) -> impl Iterator<Item = (usize, usize)> {
         let (left, top, width) = (self.left, self.top, self.width);
         (0..self.width * self.height).map(move |k| (left + k % width, top + k / width))
     }
@@ -88,15 +90,18 @@ impl Window {
 impl Scene<'_> {
     /// Measures every light, in the order of the frame. Adds those left out to `left_out`.
     pub(crate) fn measure(&self, left_out: &mut Vec<LeftOut>) -> Vec<MeasuredLight> {
-        let results: Vec<Result<MeasuredLight, (Refusal, Peak)>> = (self.found.peaks.par_iter())
-            .map(|peak| self.one(peak).map_err(|refusal| (refusal, *peak)))
+        let results: Vec<Result<MeasuredLight, Refusal>> = (self.found.peaks.par_iter())
+            .zip(self.numbers)
+            .map(|(peak, number)| self.one(peak, *number))
             .collect();
         let mut lights = Vec::new();
-        for result in results {
+        let found = self.found.peaks.iter().zip(self.numbers);
+        for (result, (peak, number)) in results.into_iter().zip(found) {
             match result {
                 Ok(light) => lights.push(light),
-                Err((refusal, peak)) => left_out.push(LeftOut {
+                Err(refusal) => left_out.push(LeftOut {
                     photograph: self.index,
+                    number: Some(*number),
                     x: peak.x as f64 + 0.5,
                     y: peak.y as f64 + 0.5,
                     why: refusal.why,
@@ -112,20 +117,29 @@ impl Scene<'_> {
         lights
     }
 
-    fn one(&self, peak: &Peak) -> Result<MeasuredLight, Refusal> {
+    fn one(&self, peak: &Peak, number: usize) -> Result<MeasuredLight, Refusal> {
         let reach = self.found.extent_px.max(2.0);
-        self.check_border(peak, reach)?;
-        self.check_clipping(peak, reach)?;
-        self.check_double(peak, reach)?;
-        self.check_single_pixel(peak)?;
-        self.check_dust(peak, reach)?;
+        if self.settings.leave_out.contains(&number) {
+            let number = number as f64;
+            return Err(Refusal::new(Reason::Asked, number, number));
+        }
+        let is_kept = self.settings.keep.contains(&number);
+        let unless_kept = |checked: Result<(), Refusal>| if is_kept { Ok(()) } else { checked };
+        unless_kept(self.check_border(peak, reach))?;
+        unless_kept(self.check_clipping(peak, reach))?;
+        unless_kept(self.check_double(peak, reach))?;
+        unless_kept(self.check_single_pixel(peak))?;
+        unless_kept(self.check_dust(peak, reach))?;
         let window = self.window(peak);
         let mut mask = self.mask(peak, &window, reach);
+        unless_kept(self.mask_shade(peak, &window, &mut mask, reach))?;
+        unless_kept(self.check_slope(peak, &window, &mask, reach))?;
         let count = self.photo.channels.len();
         let (x, y) = (peak.x as f64 + 0.5, peak.y as f64 + 0.5);
         let at = |k: usize| &self.found.backgrounds[k];
         let [across, down] = window.middle();
         let background = (0..count).map(|c| at(c).level_at(across, down)).collect();
+        let slope = (0..count).map(|c| self.slope(c, &window)).collect();
         let noise_sigma: Vec<f64> = (0..count).map(|c| at(c).sigma_at(x, y)).collect();
         let reference = self.photo.reference_channel();
         // The extent is where a Gaussian, smoothed a little, falls to one fiftieth.
@@ -164,7 +178,7 @@ impl Scene<'_> {
         let snr = profiles[reference]
             .as_ref()
             .map_or(0.0, |p| self.dark_snr(p, noise_sigma[reference]));
-        if snr < least {
+        if snr < least && !is_kept {
             return Err(Refusal::new(Reason::Faint, snr, least));
         }
         let of_channel = |channel: usize| {
@@ -174,19 +188,38 @@ impl Scene<'_> {
             of_profile.min(of_tile * MIN_CHANNEL_SNR / MIN_TILE_SNR)
         };
         let faintest = (0..count).map(of_channel).fold(f64::INFINITY, f64::min);
-        if faintest < MIN_CHANNEL_SNR {
+        if faintest < MIN_CHANNEL_SNR && !is_kept {
             return Err(Refusal::new(Reason::Faint, faintest, MIN_CHANNEL_SNR));
         }
         Ok(MeasuredLight {
             photograph: self.index,
+            number,
             corner: (window.left, window.top),
             size: (window.width, window.height),
             mask: mask.contains(&false).then_some(mask),
             background,
+            slope,
             noise_sigma,
             profiles,
             reference,
         })
+    }
+
+    /// Returns the slope of the background of `channel` across `window`, counts per pixel along x and y. Zero where the change over the
+    /// tile is below half the noise of a pixel.
+    fn slope(&self, channel: usize, window: &Window) -> [f64; 2] {
+        let background = &self.found.backgrounds[channel];
+        let [x, y] = window.middle();
+        let (across, down) = (window.width as f64 / 2.0, window.height as f64 / 2.0);
+        let level = |x: f64, y: f64| background.level_at(x, y);
+        let change = [
+            level(x + across, y) - level(x - across, y),
+            level(x, y + down) - level(x, y - down),
+        ];
+        if change[0].hypot(change[1]) < 0.5 * background.sigma_at(x, y) {
+            return [0.0; 2];
+        }
+        [change[0] / (2.0 * across), change[1] / (2.0 * down)]
     }
 
     /// Fits the profile of one channel. Defects beside the core of a light do not stand out from their neighbours, but from its

@@ -8,10 +8,11 @@ use crate::smooth_field::departures;
 /// Departure from which on a light is left out, standard deviations.
 const MAX_SIGMAS: f64 = 7.0;
 
-/// Removes the outliers among `lights` and adds them to `left_out`.
+/// Removes the outliers among `lights` and adds them to `left_out`, but for the numbers `keep`.
 pub(crate) fn reject(
     photo: &Photograph,
     lights: &mut Vec<MeasuredLight>,
+    keep: &[usize],
     left_out: &mut Vec<LeftOut>,
 ) {
     let half = photo.width as f64 / 2.0;
@@ -38,11 +39,15 @@ pub(crate) fn reject(
             worst[k] = worst[k].max(residual.abs() / found.scatter.hypot(sigmas[k]));
         }
     }
-    for index in (0..lights.len()).rev().filter(|k| worst[*k] > MAX_SIGMAS) {
+    for index in (0..lights.len()).rev() {
+        if worst[index] <= MAX_SIGMAS || keep.contains(&lights[index].number) {
+            continue;
+        }
         let light = lights.remove(index);
         let [x, y] = light.place();
         left_out.push(LeftOut {
             photograph: light.photograph,
+            number: Some(light.number),
             x,
             y,
             why: Reason::UnlikeNeighbours,

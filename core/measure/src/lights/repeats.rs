@@ -15,8 +15,13 @@ const MIN_SHARE: f64 = 0.5;
 const MIN_MOTION_PX: f64 = 0.2;
 const MIN_MOTION_SIGMAS: f64 = 6.0;
 
-/// Removes the lights of `groups` (one list a photograph, all at one distance) that moved against the first photograph.
-pub(crate) fn reject_moved(groups: &mut [&mut Vec<MeasuredLight>], left_out: &mut Vec<LeftOut>) {
+/// Removes the lights of `groups` (one list a photograph, all at one distance) that moved against the first photograph,
+/// but for the numbers `keep`.
+pub(crate) fn reject_moved(
+    groups: &mut [&mut Vec<MeasuredLight>],
+    keep: &[usize],
+    left_out: &mut Vec<LeftOut>,
+) {
     let Some((first, others)) = groups.split_first_mut() else {
         return;
     };
@@ -49,13 +54,16 @@ pub(crate) fn reject_moved(groups: &mut [&mut Vec<MeasuredLight>], left_out: &mu
                     MIN_MOTION_PX.max(MIN_MOTION_SIGMAS * sigma),
                 )
             })
-            .filter(|(_, motion, limit)| motion > limit)
+            .filter(|(index, motion, limit)| {
+                motion > limit && !keep.contains(&lights[*index].number)
+            })
             .collect();
         for (index, value, limit) in moved.iter().rev() {
             let light = lights.remove(*index);
             let [x, y] = light.place();
             left_out.push(LeftOut {
                 photograph: light.photograph,
+                number: Some(light.number),
                 x,
                 y,
                 why: Reason::Moved,

@@ -1,6 +1,8 @@
 //! Tests on photographs that a small simulator draws.
 
+mod faults;
 mod frames;
+mod left_out;
 mod simulator;
 
 use seidel_optics::error::ErrorKind;
