@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn damaged_metadata_state_nothing() {
-        let bytes = exif(&[(F_NUMBER, [0, 0]), (FOCAL_LENGTH, [9, 0])], 2, "");
+        let bytes = exif(&[(F_NUMBER, [0, 0]), (FOCAL_LENGTH, [9, 0])], 2, "     ");
         assert_eq!(camera_of(&bytes), StatedCamera::default());
         for length in 8..bytes.len() {
             camera_of(&bytes[..length]);
