@@ -25,6 +25,8 @@ pub struct StatedCamera {
     pub lens_serial_number: Option<String>,
 }
 
+/// First bytes of OpenEXR files.
+const OPENEXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// Tags of EXIF 2.32.
 const EXIF_DIRECTORY: u16 = 34665;
 const F_NUMBER: u16 = 33437;
@@ -56,6 +58,9 @@ pub fn stated_camera(path: &Path, width: usize) -> Result<StatedCamera> {
         let bytes = read_bytes(path, FILE_LIMIT_BYTES)?;
         let bytes = if is_tiff { &bytes } else { jpeg_exif(&bytes) };
         return Ok(of_exif(path, bytes).unwrap_or_default());
+    }
+    if !start.starts_with(&OPENEXR) {
+        return Ok(StatedCamera::default());
     }
     let record = lens_metadata::of_exr_header(path)?;
     Ok(record.map_or_else(StatedCamera::default, |record| of_record(&record, width)))
@@ -203,7 +208,7 @@ mod tests {
 
     #[test]
     fn damaged_metadata_state_nothing() {
-        let bytes = exif(&[(F_NUMBER, [0, 0]), (FOCAL_LENGTH, [9, 0])], 2, "");
+        let bytes = exif(&[(F_NUMBER, [0, 0]), (FOCAL_LENGTH, [9, 0])], 2, "     ");
         assert_eq!(camera_of(&bytes), StatedCamera::default());
         for length in 8..bytes.len() {
             camera_of(&bytes[..length]);
