@@ -10,15 +10,13 @@ use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{LensProfile, PupilChannel};
-use seidel_optics::psf::pupil::Detail;
 use serde::Serialize;
 
 use super::Verdict;
-use super::gap_problem::{GapProblem, weight};
+use super::gap_problem::mean_gap;
 use super::hypothesis::Hypothesis;
 use super::jitter;
-use super::tiles::{TileData, TileSet};
-use crate::reference_channel::reference_channel;
+use super::tiles::TileSet;
 use mistakes::Mistake;
 
 /// Least gap that a mistake of any weight leaves.
@@ -120,16 +118,7 @@ fn sample(set: &ObservationSet) -> ObservationSet {
 /// Returns the mean gap of `set`, less noise.
 fn gap(lens: &LensProfile, channels: &[PupilChannel], set: &ObservationSet) -> Result<f64> {
     let mut tiles = TileSet::new(lens, channels, set, &[])?.tiles;
-    let names = channels.iter().map(|c| c.name.as_str());
-    let reference = reference_channel(&lens.camera, names);
-    let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
+    let nothing = Hypothesis::nothing(channels.len());
     jitter::place_by_pixels(&nothing, &[], &mut tiles);
-    let tiles: Vec<&TileData> = tiles.iter().collect();
-    let gaps = GapProblem::new(&nothing, &tiles, Detail::COARSE).gaps(&[]);
-    let (mut total, mut excess) = (0.0, 0.0);
-    for (gap, tile) in gaps.iter().zip(&tiles) {
-        total += weight(tile);
-        excess += weight(tile) * (gap - tile.noise);
-    }
-    Ok(excess / total)
+    Ok(mean_gap(&nothing, &tiles))
 }
