@@ -54,6 +54,7 @@ pub use pair::{
 pub use settings::DiagnosisSettings;
 
 use crate::reference_channel::reference_channel;
+use bookkeeping::Finding;
 use coverage::Coverage;
 use hypothesis::{Hypothesis, LensChannels};
 use search::{Candidate, HypothesisSearch};
@@ -84,15 +85,65 @@ pub fn diagnose(
     progress: &Progress,
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
+    if let Some(found) = exchanged_sets(lens, channels, set, settings) {
+        let settings = DiagnosisSettings {
+            design: Some(set.clone()),
+            ..settings.clone()
+        };
+        let model = ModelShare::of(lens, channels, settings.design.as_ref())?;
+        return diagnose_corrected(lens, found, &settings, model, progress);
+    }
     let model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     // Tiles that this program estimated are placed and named by it.
     let found = match settings.responses.is_empty() {
         true => bookkeeping::find(lens, channels, set, model.own_gap)?,
         false => None,
     };
-    let Some(found) = found else {
-        return diagnose_effects(lens, set, settings, model, progress);
+    let suspected = match found {
+        None => return diagnose_effects(lens, set, settings, model, progress),
+        Some(Finding::Sure(found)) => {
+            return diagnose_corrected(lens, found, settings, model, progress);
+        }
+        Some(Finding::Suspected(found)) => found,
     };
+    let half = |share: f64| progress(0.5 * share);
+    let as_stated = diagnose_effects(lens, set, settings, model.clone(), &half)?;
+    if as_stated.verdict != Verdict::Unexplained {
+        return Ok(as_stated);
+    }
+    let half = |share: f64| progress(0.5 + 0.5 * share);
+    let of_corrected = diagnose_corrected(lens, suspected, settings, model, &half)?;
+    let is_explained = matches!(
+        of_corrected.verdict_on_effects(),
+        Verdict::Explained | Verdict::NoGap
+    );
+    Ok(match is_explained {
+        true => of_corrected,
+        false => as_stated,
+    })
+}
+
+/// Returns the mistake that `set` is the one that `lens` was fitted to, and not that of `settings`.
+fn exchanged_sets(
+    lens: &LensProfile,
+    channels: &[PupilChannel],
+    set: &ObservationSet,
+    settings: &DiagnosisSettings,
+) -> Option<Bookkeeping> {
+    let design = settings.design.as_ref()?;
+    // A lens that does not state its own gap has a small one.
+    let own_gap = ModelShare::of(lens, channels, None).map_or(0.0, |model| model.own_gap);
+    bookkeeping::exchanged::find(lens, channels, set, design, own_gap)
+}
+
+/// Diagnoses the effects that `lens` lacks against the set without the mistake `found`.
+fn diagnose_corrected(
+    lens: &LensProfile,
+    found: Bookkeeping,
+    settings: &DiagnosisSettings,
+    model: ModelShare,
+    progress: &Progress,
+) -> Result<Diagnosis> {
     let of_corrected = diagnose_effects(lens, &found.corrected, settings, model, progress)?;
     Ok(Diagnosis {
         verdict: Verdict::Bookkeeping,
@@ -114,7 +165,10 @@ pub fn find_mistake(lens: &LensProfile, set: &ObservationSet) -> Result<Option<B
     };
     // Unknown without the set that the lens was fitted to.
     let own_gap = ModelShare::of(lens, channels, None).map_or(0.0, |model| model.own_gap);
-    bookkeeping::find(lens, channels, set, own_gap)
+    Ok(match bookkeeping::find(lens, channels, set, own_gap)? {
+        Some(Finding::Sure(found)) => Some(found),
+        Some(Finding::Suspected(_)) | None => None,
+    })
 }
 
 /// Diagnoses the effects that `lens` lacks, whose own gap is that of `model`.
