@@ -32,7 +32,7 @@ const MIN_GAP: f64 = 0.01;
 /// Ratio of that gap to the own gap of the lens.
 const MIN_RATIO: f64 = 4.0;
 /// Gaps up to this ratio to the least are equal: of equal mistakes the commonest is named.
-const EQUAL: f64 = 1.1;
+const EQUAL: f64 = 1.25;
 /// Largest gap that the right mistake leaves: what an effect beside it makes.
 const MAX_LEFT: f64 = 0.4;
 /// Largest share of the gap that a suspected mistake leaves.
@@ -86,16 +86,14 @@ pub(super) fn find(
     if before < MIN_GAP.max(MIN_RATIO * own_gap) {
         return Ok(None);
     }
-    let mut all = mistakes::of_frame_and_samples(&sample);
+    let nothing = Hypothesis::nothing(channels.len());
+    let tiles = placed_tiles(lens, channels, &sample)?;
+    // Before encodings, which a black level beside a tone curve resembles.
+    let mut all = estimates::of(&nothing, &tiles, &sample);
+    all.extend(mistakes::of_frame_and_samples(&sample));
     if Predictor::new(lens)?.depends_on_depth() {
         all.extend(mistakes::of_distances(&sample));
     }
-    let nothing = Hypothesis::nothing(channels.len());
-    all.extend(estimates::of(
-        &nothing,
-        &placed_tiles(lens, channels, &sample)?,
-        &sample,
-    ));
     // A change may lead out of the range of the lens, and is then none.
     let tried = all.into_iter().filter_map(|mistake| {
         let corrected = mistake.correct(&sample)?;
