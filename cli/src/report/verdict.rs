@@ -2,7 +2,9 @@
 
 use seidel_core::{Diagnosis, Verdict};
 
-use super::words::{between, closed, gap, gap_interval, list, percent, place, sentence, title};
+use super::words::{
+    between, closed, gap, gap_interval, is_wide, list, percent, place, sentence, title,
+};
 
 /// Returns the verdict as one or two sentences; after a mistake in the books, it is on the corrected set.
 pub(super) fn verdict(d: &Diagnosis) -> String {
@@ -21,7 +23,17 @@ pub(super) fn verdict(d: &Diagnosis) -> String {
 /// Returns the verdict on the effects that the lens lacks.
 fn on_effects(d: &Diagnosis) -> String {
     let added = list(&titles(&d.added), "and");
-    let closes = format!("{} of the gap closes", closed(d.gap.closed));
+    let closes = if is_wide(d.gap.closed_ci95) {
+        "the observations do not determine how much of the gap closes".to_owned()
+    } else {
+        format!("{} of the gap closes", closed(d.gap.closed))
+    };
+    if has_nothing_in_common(d) {
+        return format!(
+            "The PSFs have little in common with the lens: the gap is {}. Check that the set is of this lens, at these settings.",
+            gap(d.gap.before)
+        );
+    }
     match d.verdict_on_effects() {
         Verdict::NoGap | Verdict::Bookkeeping => {
             // The verdict weights PSFs by their noise, so the plain mean may lie above the limit.
@@ -71,6 +83,11 @@ fn on_effects(d: &Diagnosis) -> String {
     }
 }
 
+/// Returns whether the gap exceeds the light of the PSFs, and no effects close it.
+fn has_nothing_in_common(d: &Diagnosis) -> bool {
+    d.gap.before > 1.0 && !matches!(d.verdict_on_effects(), Verdict::Explained)
+}
+
 /// Probability from which on an effect of an ambiguous answer is certain: it is in all that are likely.
 const CERTAIN: f64 = 0.9;
 
@@ -107,10 +124,12 @@ pub(super) fn lead(d: &Diagnosis) -> String {
         parts.push(model_share(d));
     } else {
         if !d.added.is_empty() {
-            parts.push(format!(
-                "The closed share is {}.",
-                between(d.gap.closed_ci95)
-            ));
+            let interval = d.gap.closed_ci95;
+            parts.push(if is_wide(interval) {
+                "The closed share is uncertain: zones of the field disagree.".to_owned()
+            } else {
+                format!("The closed share is {}.", between(interval))
+            });
         }
         if let Some(worst) = d.places.first() {
             parts.push(format!(
@@ -171,6 +190,21 @@ mod tests {
     use super::*;
     use crate::report::samples::diagnosis;
     use seidel_core::diagnosis::Pair;
+
+    #[test]
+    fn a_gap_above_the_light_and_a_share_that_is_not_determined_are_no_headline() {
+        let mut d = diagnosis(Verdict::Unexplained);
+        d.gap.closed_ci95 = [0.0, 1.0];
+        let text = verdict(&d);
+        assert!(text.contains("do not determine"), "{text}");
+        assert!(lead(&d).contains("uncertain"), "{}", lead(&d));
+        d.gap.before = 2.17;
+        let text = verdict(&d);
+        assert!(
+            text.contains("set is of this lens") && !text.contains("217"),
+            "{text}"
+        );
+    }
 
     #[test]
     fn an_effect_in_every_likely_answer_is_certain() {

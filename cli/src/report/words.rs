@@ -43,9 +43,19 @@ pub(super) fn between([from, to]: [f64; 2]) -> String {
     }
 }
 
+/// Width of the 95 % interval of the closed share from which on observations do not determine it.
+const WIDE_INTERVAL: f64 = 0.3;
+
+/// Returns whether observations do not determine the closed share with that 95 % interval.
+pub(super) fn is_wide([from, to]: [f64; 2]) -> bool {
+    to - from > WIDE_INTERVAL
+}
+
 /// Formats the closed share of a gap with its 95 % interval in words.
 pub(super) fn closed_between(share: f64, interval: [f64; 2]) -> String {
-    if interval[0] > ALL_CLOSED {
+    if is_wide(interval) {
+        "a share that these observations do not determine".to_owned()
+    } else if interval[0] > ALL_CLOSED {
         between(interval)
     } else {
         format!("{}, {}", closed(share), between(interval))
@@ -76,6 +86,9 @@ pub(super) fn gap(value: f64) -> String {
     let share = 100.0 * value;
     if share < 0.0 {
         return format!("0{SPACE}% (within noise)");
+    }
+    if share > 100.0 {
+        return format!("more than 100{SPACE}%");
     }
     if share == 0.0 || !share.is_finite() {
         return format!("{share}{SPACE}%");
@@ -250,6 +263,9 @@ mod tests {
             "94 %, between 92 % and 96 % (95 % interval)"
         );
         assert_eq!(closed_between(1.0, [0.9997, 1.0]), between([0.9997, 1.0]));
+        let wide = closed_between(0.88, [0.0, 1.0]);
+        assert_eq!(wide, "a share that these observations do not determine");
+        assert_eq!(gap(2.17).replace('\u{a0}', " "), "more than 100 %");
         let place = &crate::report::samples::places()[0];
         assert_eq!(
             gap_interval(place).replace('\u{a0}', " "),

@@ -26,6 +26,22 @@ pub(super) fn are_displaced(nothing: &Hypothesis, tiles: &[&TileData]) -> bool {
     mean.sqrt() > MIN_OFFSET_PX
 }
 
+/// Returns whether `theta` has a value that shifts chief rays only beside another one, as the keystone of a tilt does: gradients at
+/// `neutral` do not lead to it.
+pub(super) fn is_carried(
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    neutral: &[f64],
+    tiles: &[&TileData],
+) -> bool {
+    let shows_shifts = tiles.iter().any(|tile| tile.centroid.is_some());
+    shows_shifts
+        && (0..theta.len()).any(|k| {
+            !shifts_chief_ray(hypothesis, neutral, k, tiles)
+                && shifts_chief_ray(hypothesis, theta, k, tiles)
+        })
+}
+
 /// Returns `theta` with those of its values that shift chief rays set such that the predicted centroids of `tiles` agree with
 /// the observed ones, by reweighted linear least squares.
 pub(super) fn with_placed_centroids(
@@ -43,6 +59,9 @@ pub(super) fn with_placed_centroids(
     let used: Vec<&&TileData> = (tiles.iter())
         .filter(|t| offset(hypothesis, &theta, t).is_some())
         .collect();
+    if used.is_empty() {
+        return theta;
+    }
     for _ in 0..PASSES {
         let offsets: Vec<[f64; 2]> = (used.iter())
             .filter_map(|t| offset(hypothesis, &theta, t))

@@ -39,6 +39,18 @@ pub(super) fn weight(tile: &TileData) -> f64 {
     NOISE_WEIGHT_KNEE / (NOISE_WEIGHT_KNEE + tile.noise)
 }
 
+/// Returns the weighted mean gap that `nothing` leaves of `tiles`, less noise.
+pub(super) fn mean_gap(nothing: &Hypothesis, tiles: &[TileData]) -> f64 {
+    let tiles: Vec<&TileData> = tiles.iter().collect();
+    let gaps = GapProblem::new(nothing, &tiles, Detail::COARSE).gaps(&[]);
+    let (mut total, mut excess) = (0.0, 0.0);
+    for (gap, tile) in gaps.iter().zip(&tiles) {
+        total += weight(tile);
+        excess += weight(tile) * (gap - tile.noise);
+    }
+    excess / total
+}
+
 /// A hypothesis and the tiles to fit.
 pub(super) struct GapProblem<'a> {
     hypothesis: &'a Hypothesis,

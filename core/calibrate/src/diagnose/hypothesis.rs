@@ -7,13 +7,45 @@ use seidel_optics::lens::LocalPupil;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{ProfileEffect, PupilChannel};
 
+/// The channels of a lens.
+#[derive(Debug, Clone)]
+pub(super) struct LensChannels {
+    /// Whether the observations show the channel. Parameters of others are not free.
+    observed: Vec<bool>,
+    /// Index of the observed channel from which differences count: that of middle wavelength where it is observed.
+    reference: usize,
+}
+
+impl LensChannels {
+    /// Creates the channels of a lens with `count` of them, of which `tiles` show some. `reference` is that of middle wavelength.
+    pub(super) fn of(tiles: &[TileData], count: usize, reference: usize) -> Self {
+        let mut observed = vec![false; count];
+        tiles.iter().for_each(|tile| observed[tile.of_lens] = true);
+        let first = observed.iter().position(|is_observed| *is_observed);
+        let reference = match observed[reference] {
+            true => reference,
+            false => first.unwrap_or(reference),
+        };
+        Self {
+            observed,
+            reference,
+        }
+    }
+
+    /// Returns the index of the channel from which differences count.
+    pub(super) fn reference(&self) -> usize {
+        self.reference
+    }
+}
+
 /// Effects with their free parameters.
 #[derive(Clone)]
 pub(super) struct Hypothesis {
     /// Effects in acting order, each with its search start.
     pub(super) parts: Vec<(&'static dyn Effect, SearchStart)>,
     pub(super) slots: Vec<Slot>,
-    channels: usize,
+    /// Whether the observations show each channel of the lens.
+    observed: Vec<bool>,
 }
 
 /// One free parameter.
@@ -29,14 +61,25 @@ pub(super) struct Slot {
 }
 
 impl Hypothesis {
-    /// Creates the hypothesis of `parts` for a lens of `channels` channels. `reference` is the channel of
-    /// middle wavelength.
+    /// Creates the null hypothesis for a lens of `channels` channels: no effect is missing.
+    pub(super) fn nothing(channels: usize) -> Self {
+        Self {
+            parts: Vec::new(),
+            slots: Vec::new(),
+            observed: vec![true; channels],
+        }
+    }
+
+    /// Creates the hypothesis of `parts`.
     pub(super) fn new(
         mut parts: Vec<(&'static dyn Effect, SearchStart)>,
-        channels: usize,
-        reference: usize,
+        channels: &LensChannels,
     ) -> Self {
         parts.sort_by_key(|(effect, _)| rank(*effect));
+        let observed = || {
+            let all = channels.observed.iter().enumerate();
+            all.filter(|(_, is_observed)| **is_observed).map(|(c, _)| c)
+        };
         let mut slots = Vec::new();
         for (part, (effect, start)) in parts.iter().enumerate() {
             for (parameter, p) in effect.parameters().iter().enumerate() {
@@ -55,9 +98,9 @@ impl Hypothesis {
                 };
                 match p.scope {
                     Scope::Lens => push(None),
-                    Scope::Channel => (0..channels).for_each(|c| push(Some(c))),
-                    Scope::Difference => (0..channels)
-                        .filter(|c| *c != reference)
+                    Scope::Channel => observed().for_each(|c| push(Some(c))),
+                    Scope::Difference => observed()
+                        .filter(|c| *c != channels.reference)
                         .for_each(|c| push(Some(c))),
                 }
             }
@@ -65,7 +108,7 @@ impl Hypothesis {
         Self {
             parts,
             slots,
-            channels,
+            observed: channels.observed.clone(),
         }
     }
 
@@ -94,10 +137,11 @@ impl Hypothesis {
             .parts
             .iter()
             .map(|(effect, start)| {
-                // Differences between channels are zero where they are not free.
+                // Differences between channels are zero where they are not free, and nothing is known of channels that are not observed.
                 let own = effect.parameters().iter().zip(&start.values);
                 own.map(|(p, v)| match p.scope {
                     Scope::Difference => p.neutral,
+                    Scope::Channel if !self.observed[channel] => p.neutral,
                     _ => *v,
                 })
                 .collect()
@@ -204,7 +248,7 @@ impl Hypothesis {
 
     /// Returns the number of channels.
     pub(super) fn channels(&self) -> usize {
-        self.channels
+        self.observed.len()
     }
 }
 

@@ -12,19 +12,27 @@ use super::hypothesis::Hypothesis;
 use super::matched_filter;
 use super::prediction::TilePredictor;
 use super::registration::Registration;
-use super::search::Candidate;
 use super::tiles::TileData;
 use seidel_optics::effects::ScenePoint;
+use seidel_optics::numeric::median;
 use seidel_optics::psf::pupil::Detail;
 
-/// Largest correction of a stated position, px; larger shifts count as a gap.
-const MAX_SHIFT_PX: f64 = 0.25;
+/// Largest standard deviation, along an axis, of stated positions that scatter, px. Larger shifts count as a gap, but for this size.
+const MAX_SCATTER_PX: f64 = 0.25;
+/// Probability that one of all scattered positions lies further off than is corrected.
+const FAR_PROBABILITY: f64 = 0.05;
+/// Median of the Rayleigh distribution in units of its scale: of the length of a vector whose components are normally distributed.
+const RAYLEIGH_MEDIAN: f64 = 1.177_410_022_515_474_7;
+/// Ratio of the mean squares of trend and scatter from which on the trend is one, and not the scatter of few positions.
+const TREND_RATIO: f64 = 3.0;
 /// Largest correction of a position that was estimated by a centroid, px.
 const MAX_CENTROID_ERROR_PX: f64 = 2.0;
 /// Step of the finite differences, px.
 const DIFFERENCE_STEP_PX: f64 = 0.1;
 /// Iterations of estimation and correction.
-const ITERATIONS: usize = 2;
+const ITERATIONS: usize = 4;
+/// Largest change of a shift at which they stop, px.
+const SETTLED_PX: f64 = 0.01;
 
 /// Tiles that share one shift: those of an observation, or a single one that is placed by its own centroid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,16 +52,33 @@ impl Group {
     }
 }
 
-/// Removes the random shift of every observation of stated position from its tiles. Returns the standard deviation of the
-/// shifts along either axis, px.
-pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
-    let moved = shifted(tiles, MAX_SHIFT_PX, |tiles| {
-        let shifts = shifts(&best.hypothesis, &best.theta, tiles);
+/// Removes the random shift of every observation of stated position from its tiles, against the prediction of `hypothesis` at `theta`.
+/// Returns the standard deviation of the shifts along either axis, px.
+pub(super) fn remove(hypothesis: &Hypothesis, theta: &[f64], tiles: &mut [TileData]) -> f64 {
+    let stated = |tiles: &[TileData]| {
+        let shifts = shifts(hypothesis, theta, tiles);
         let stated = shifts.into_iter().filter(|s| is_stated(s.0, tiles));
         incoherent(stated.collect(), tiles)
-    });
+    };
+    let most = largest_scatter_px(&stated(tiles));
+    let moved = shifted(tiles, most, stated);
     let squares: f64 = moved.iter().flat_map(|m| m.1).map(|s| s * s).sum();
     (squares / (2 * moved.len()).max(1) as f64).sqrt()
+}
+
+/// Returns the largest shift that belongs to the scatter of `shifts`, px: their lengths follow Rayleigh's law, whose scale their median
+/// shows.
+fn largest_scatter_px(shifts: &[(Group, [f64; 2])]) -> f64 {
+    let mut lengths: Vec<f64> = shifts.iter().map(|(_, [x, y])| x.hypot(*y)).collect();
+    if lengths.is_empty() {
+        return 0.0;
+    }
+    let count = lengths.len() as f64;
+    let scale = median(&mut lengths) / RAYLEIGH_MEDIAN;
+    if scale > MAX_SCATTER_PX {
+        return MAX_SCATTER_PX;
+    }
+    MAX_SCATTER_PX.max(scale * (2.0 * (count / FAR_PROBABILITY).ln()).sqrt())
 }
 
 /// Moves every observation that is placed by the centroid of its reference channel, and every tile that is placed by its own, to where
@@ -81,6 +106,8 @@ fn shifted(
     let mut moved: Vec<(Group, [f64; 2])> = Vec::new();
     for _ in 0..ITERATIONS {
         let shifts = estimate(tiles);
+        let largest = shifts.iter().map(|(_, [x, y])| x.hypot(*y));
+        let largest = largest.fold(0.0, f64::max);
         for (group, shift) in shifts {
             let total = match moved.iter_mut().find(|m| m.0 == group) {
                 Some(total) => total,
@@ -98,6 +125,9 @@ fn shifted(
                 tile.corner.1 -= wanted[1] - total.1[1];
             }
             total.1 = wanted;
+        }
+        if largest < SETTLED_PX {
+            break;
         }
     }
     moved
@@ -137,10 +167,13 @@ fn shifts(hypothesis: &Hypothesis, theta: &[f64], tiles: &[TileData]) -> Vec<(Gr
         .collect()
 }
 
-/// Subtracts from the shifts of `stated` positions their smooth trend over the field, which effects may cause.
+/// Subtracts from the shifts of `stated` positions their smooth trend over the field, which effects may cause, if there is more of one than
+/// scatter makes.
 fn incoherent(mut stated: Vec<(Group, [f64; 2])>, tiles: &[TileData]) -> Vec<(Group, [f64; 2])> {
     let points: Vec<ScenePoint> = (stated.iter()).map(|s| tile_of(s.0, tiles).point).collect();
-    for axis in 0..2 {
+    let mut trends = [DVector::zeros(stated.len()), DVector::zeros(stated.len())];
+    let (mut of_trend, mut of_scatter) = (0.0, 0.0);
+    for (axis, trend) in trends.iter_mut().enumerate() {
         let terms = trend_terms(stated.len());
         let basis = DMatrix::from_fn(stated.len(), terms.len(), |row, column| {
             terms[column](points[row], axis)
@@ -151,9 +184,15 @@ fn incoherent(mut stated: Vec<(Group, [f64; 2])>, tiles: &[TileData]) -> Vec<(Gr
         let Some(inverse) = normal.try_inverse() else {
             continue;
         };
-        let smooth = &basis * (inverse * basis.transpose() * values);
-        for (row, shift) in stated.iter_mut().enumerate() {
-            shift.1[axis] -= smooth[row];
+        let smooth = &basis * (inverse * basis.transpose() * &values);
+        let freedom = stated.len().saturating_sub(size).max(1) as f64;
+        of_trend += smooth.norm_squared() / size as f64;
+        of_scatter += (values - &smooth).norm_squared() / freedom;
+        *trend = smooth;
+    }
+    if of_trend > TREND_RATIO * of_scatter {
+        for (row, (_, shift)) in stated.iter_mut().enumerate() {
+            *shift = [0, 1].map(|axis| shift[axis] - trends[axis][row]);
         }
     }
     stated
@@ -258,5 +297,40 @@ impl ShiftEquations {
             let y = (self.xx * self.y - self.xy * self.x) / determinant;
             [x, y]
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seidel_optics::numeric::SplitMix64;
+
+    /// Shifts whose components have the standard deviation `sigma`.
+    fn scattered(sigma: f64, seed: u64) -> Vec<(Group, [f64; 2])> {
+        let mut random = SplitMix64::new(seed);
+        let normal = |random: &mut SplitMix64| {
+            let sum: f64 = (0..12).map(|_| random.unit() - 0.5).sum();
+            sigma * sum
+        };
+        let group = |observation| Group {
+            observation,
+            channel: None,
+        };
+        let shift = |k| (group(k), [normal(&mut random), normal(&mut random)]);
+        (0..30).map(shift).collect()
+    }
+
+    #[test]
+    fn all_scattered_positions_are_corrected_and_larger_shifts_are_not_scatter() {
+        let length = |shift: &(Group, [f64; 2])| shift.1[0].hypot(shift.1[1]);
+        let beyond = (0..20).filter(|seed| {
+            let shifts = scattered(0.2, *seed);
+            let most = largest_scatter_px(&shifts);
+            shifts.iter().any(|shift| length(shift) > most)
+        });
+        assert!(beyond.count() <= 4);
+        assert_eq!(largest_scatter_px(&scattered(0.6, 1)), MAX_SCATTER_PX);
+        assert_eq!(largest_scatter_px(&scattered(0.01, 1)), MAX_SCATTER_PX);
+        assert_eq!(largest_scatter_px(&[]), 0.0);
     }
 }

@@ -57,7 +57,7 @@ impl HypothesisSearch<'_> {
     /// Returns the joint hypothesis of `a` and `b` with their values.
     fn both(&self, a: (&Hypothesis, &[f64]), b: (&Hypothesis, &[f64])) -> (Hypothesis, Vec<f64>) {
         let parts = [a.0.parts.clone(), b.0.parts.clone()].concat();
-        let joint = Hypothesis::new(parts, self.channels, self.reference);
+        let joint = Hypothesis::new(parts, &self.channels);
         let of_slot = |slot: &Slot| {
             let id = joint.parts[slot.part].0.id();
             let (from, values) = if b.0.parts[0].0.id() == id { b } else { a };
@@ -84,7 +84,7 @@ impl HypothesisSearch<'_> {
     ) -> Vec<(Hypothesis, Vec<f64>)> {
         let (last, _) = &other.hypothesis.parts[0];
         let alone = |start: SearchStart| {
-            let fresh = Hypothesis::new(vec![(*last, start)], self.channels, self.reference);
+            let fresh = Hypothesis::new(vec![(*last, start)], &self.channels);
             let theta = fresh.start();
             (fresh, theta)
         };
@@ -93,7 +93,7 @@ impl HypothesisSearch<'_> {
             (&other.hypothesis, &other.theta[..]),
         );
         let mut starts = vec![self.both(a, b)];
-        for start in last.starts().into_iter().take(count) {
+        for start in self.starts(*last).into_iter().take(count) {
             let (fresh, theta) = alone(start);
             starts.push(self.both(a, (&fresh, &theta)));
         }

@@ -54,15 +54,16 @@ pub use pair::{
 pub use settings::DiagnosisSettings;
 
 use crate::reference_channel::reference_channel;
+use bookkeeping::Finding;
 use coverage::Coverage;
-use hypothesis::Hypothesis;
+use hypothesis::{Hypothesis, LensChannels};
 use search::{Candidate, HypothesisSearch};
 use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
-use tiles::TileSet;
+use tiles::{TileData, TileSet};
 
 /// Random error of ideal positions above which a remark reports it, px.
 const MIN_REPORTED_JITTER_PX: f64 = 0.02;
@@ -84,15 +85,65 @@ pub fn diagnose(
     progress: &Progress,
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
+    if let Some(found) = exchanged_sets(lens, channels, set, settings) {
+        let settings = DiagnosisSettings {
+            design: Some(set.clone()),
+            ..settings.clone()
+        };
+        let model = ModelShare::of(lens, channels, settings.design.as_ref())?;
+        return diagnose_corrected(lens, found, &settings, model, progress);
+    }
     let model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     // Tiles that this program estimated are placed and named by it.
     let found = match settings.responses.is_empty() {
         true => bookkeeping::find(lens, channels, set, model.own_gap)?,
         false => None,
     };
-    let Some(found) = found else {
-        return diagnose_effects(lens, set, settings, model, progress);
+    let suspected = match found {
+        None => return diagnose_effects(lens, set, settings, model, progress),
+        Some(Finding::Sure(found)) => {
+            return diagnose_corrected(lens, found, settings, model, progress);
+        }
+        Some(Finding::Suspected(found)) => found,
     };
+    let half = |share: f64| progress(0.5 * share);
+    let as_stated = diagnose_effects(lens, set, settings, model.clone(), &half)?;
+    if as_stated.verdict != Verdict::Unexplained {
+        return Ok(as_stated);
+    }
+    let half = |share: f64| progress(0.5 + 0.5 * share);
+    let of_corrected = diagnose_corrected(lens, suspected, settings, model, &half)?;
+    let is_explained = matches!(
+        of_corrected.verdict_on_effects(),
+        Verdict::Explained | Verdict::NoGap
+    );
+    Ok(match is_explained {
+        true => of_corrected,
+        false => as_stated,
+    })
+}
+
+/// Returns the mistake that `set` is the one that `lens` was fitted to, and not that of `settings`.
+fn exchanged_sets(
+    lens: &LensProfile,
+    channels: &[PupilChannel],
+    set: &ObservationSet,
+    settings: &DiagnosisSettings,
+) -> Option<Bookkeeping> {
+    let design = settings.design.as_ref()?;
+    // A lens that does not state its own gap has a small one.
+    let own_gap = ModelShare::of(lens, channels, None).map_or(0.0, |model| model.own_gap);
+    bookkeeping::exchanged::find(lens, channels, set, design, own_gap)
+}
+
+/// Diagnoses the effects that `lens` lacks against the set without the mistake `found`.
+fn diagnose_corrected(
+    lens: &LensProfile,
+    found: Bookkeeping,
+    settings: &DiagnosisSettings,
+    model: ModelShare,
+    progress: &Progress,
+) -> Result<Diagnosis> {
     let of_corrected = diagnose_effects(lens, &found.corrected, settings, model, progress)?;
     Ok(Diagnosis {
         verdict: Verdict::Bookkeeping,
@@ -114,7 +165,10 @@ pub fn find_mistake(lens: &LensProfile, set: &ObservationSet) -> Result<Option<B
     };
     // Unknown without the set that the lens was fitted to.
     let own_gap = ModelShare::of(lens, channels, None).map_or(0.0, |model| model.own_gap);
-    bookkeeping::find(lens, channels, set, own_gap)
+    Ok(match bookkeeping::find(lens, channels, set, own_gap)? {
+        Some(Finding::Sure(found)) => Some(found),
+        Some(Finding::Suspected(_)) | None => None,
+    })
 }
 
 /// Diagnoses the effects that `lens` lacks, whose own gap is that of `model`.
@@ -130,10 +184,11 @@ fn diagnose_effects(
     let mut tiles = TileSet::new(lens, channels, set, &settings.responses)?;
     let names = channels.iter().map(|c| c.name.as_str());
     let reference = reference_channel(&lens.camera, names);
-    let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
+    let nothing = Hypothesis::nothing(channels.len());
     jitter::place_by_pixels(&nothing, &[], &mut tiles.tiles);
     let first = tiles.tiles.clone();
-    let search = HypothesisSearch::new(&first, channels.len(), reference);
+    let of_lens = LensChannels::of(&first, channels.len(), reference);
+    let search = HypothesisSearch::new(&first, &of_lens);
     let coverage = Coverage::of(&first);
     let (shown, mut left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| coverage.shows(*e));
     tiles.remarks.extend(coverage.remark(&left));
@@ -147,6 +202,9 @@ fn diagnose_effects(
         ));
         left.extend(carried);
     }
+    let (shown, at_other_distances): (Vec<_>, Vec<_>) =
+        (shown.into_iter()).partition(|e| !search.starts(*e).is_empty());
+    left.extend(at_other_distances);
     let (tried, in_one_channel): (Vec<_>, Vec<_>) =
         shown.into_iter().partition(|e| search.can_try(*e));
     if !in_one_channel.is_empty() {
@@ -168,19 +226,26 @@ fn diagnose_effects(
     if let Some(best) = singles.first() {
         // Where most of the hypotheses that remain agree with the pixels, so that few tiles move with each.
         jitter::place_by_pixels(&best.hypothesis, &best.theta, &mut tiles.tiles);
-        jitter_px = jitter::remove(best, &mut tiles.tiles);
+        jitter_px = remove_scatter(&nothing, best, model.own_gap, &mut tiles.tiles);
         if jitter_px > MIN_REPORTED_JITTER_PX {
             tiles.remarks.push(format!(
                 "ideal positions scatter by {jitter_px:.2} px at random: taken off"
             ));
         }
     }
-    let search = HypothesisSearch::new(&tiles.tiles, channels.len(), reference);
+    let search = HypothesisSearch::new(&tiles.tiles, &of_lens);
     let least = singles
         .first()
         .map_or(0.0, |best| best.after.max(posterior::MIN_GAP));
     let promising = singles.partition_point(|s| s.after <= REFINED_RATIO * least);
     let rest = singles.split_off(REFINED_SINGLES.min(promising));
+    // The simpler of two that do as well is likelier, so it is compared at its best.
+    let simpler: Vec<&str> = (singles.iter())
+        .flat_map(|single| posterior::contained_in(single.hypothesis.ids()[0]))
+        .collect();
+    let (contained, rest): (Vec<_>, Vec<_>) =
+        (rest.into_iter()).partition(|single| simpler.contains(&single.hypothesis.ids()[0]));
+    singles.extend(contained);
     let refined = singles.into_iter().map(|single| search.refined(single));
     let rest = rest.into_iter().map(|single| {
         if jitter_px > 0.0 {
@@ -220,6 +285,23 @@ fn diagnose_effects(
         model,
         left: &left,
     })
+}
+
+/// Removes the scatter of positions from `tiles`, and returns it, px: against the given lens where that leaves no more than a lens of this
+/// `own_gap` leaves anyway, and against the `best` effect otherwise. An effect that is not there follows the scatter.
+fn remove_scatter(
+    nothing: &Hypothesis,
+    best: &Candidate,
+    own_gap: f64,
+    tiles: &mut Vec<TileData>,
+) -> f64 {
+    let mut against_lens = tiles.clone();
+    let scatter_px = jitter::remove(nothing, &[], &mut against_lens);
+    if gap_problem::mean_gap(nothing, &against_lens) < verdict::own_limit(own_gap) {
+        *tiles = against_lens;
+        return scatter_px;
+    }
+    jitter::remove(&best.hypothesis, &best.theta, tiles)
 }
 
 fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {

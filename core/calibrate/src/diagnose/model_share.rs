@@ -119,7 +119,7 @@ impl ModelShare {
 fn gap(lens: &LensProfile, channels: &[PupilChannel], set: &ObservationSet) -> Result<f64> {
     let tiles = TileSet::new(lens, channels, set, &[]).map_err(|e| e.within("design set"))?;
     let tiles: Vec<&TileData> = tiles.tiles.iter().collect();
-    let nothing = Hypothesis::new(Vec::new(), channels.len(), 0);
+    let nothing = Hypothesis::nothing(channels.len());
     let gaps = GapProblem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let excess: f64 = gaps.iter().zip(&tiles).map(|(g, t)| g - t.noise).sum();
     Ok((excess / tiles.len() as f64).max(0.0))

@@ -150,7 +150,7 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
     let whole = GapProblem::new(&hypothesis, tiles, Detail::FIT);
     let theta = whole.descend(&added.theta, 3, 1e-3).theta;
     let linear = whole.linear(&theta);
-    let sigma = standard_errors(&linear);
+    let mut left_out: Vec<Vec<f64>> = Vec::new();
     let mut after = before.to_vec();
     for fold in 0..FOLDS {
         let others: Vec<&TileData> = tiles.iter().filter(|t| t.fold != fold).copied().collect();
@@ -175,13 +175,26 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
                 *after = gaps.next().expect("one gap a tile of the fold");
             }
         }
+        left_out.push(there);
     }
+    let sigma = standard_errors(&linear).into_iter().enumerate();
     Final {
+        sigma: sigma
+            .map(|(k, sandwich)| sandwich.max(jackknife_error(&left_out, k)))
+            .collect(),
         hypothesis,
         theta,
-        sigma,
         after,
     }
+}
+
+/// Returns the standard error of parameter `k` by the jackknife over zones: from the estimates without each of them. It contains errors that
+/// the tiles of a zone have in common.
+fn jackknife_error(left_out: &[Vec<f64>], k: usize) -> f64 {
+    let count = left_out.len().max(1) as f64;
+    let mean = left_out.iter().map(|theta| theta[k]).sum::<f64>() / count;
+    let squares: f64 = left_out.iter().map(|theta| (theta[k] - mean).powi(2)).sum();
+    ((count - 1.0) / count * squares).sqrt()
 }
 
 /// Splits `gap` of a lens that leaves `own_gap` of the set that it was fitted to.

@@ -4,9 +4,11 @@ use nalgebra::DMatrix;
 
 use super::centroid_start;
 use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weight};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, LensChannels};
+use super::posterior::contained_in;
 use super::subsample::{MIN_EXCESS, Subsample, noise_sum};
 use super::tiles::TileData;
+use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
 
@@ -103,8 +105,9 @@ pub(super) struct HypothesisSearch<'a> {
     few: Subsample<'a>,
     /// Tiles for refined searches and comparisons.
     many: Subsample<'a>,
-    pub(super) channels: usize,
-    pub(super) reference: usize,
+    pub(super) channels: LensChannels,
+    /// Vergences of the observed distances, 1/m, rising.
+    vergences: Vec<f64>,
     /// Whether PSFs lie far from their predicted positions.
     pub(super) displaced: bool,
 }
@@ -167,12 +170,12 @@ impl Strides {
 }
 
 impl<'a> HypothesisSearch<'a> {
-    pub(super) fn new(tiles: &'a [TileData], channels: usize, reference: usize) -> Self {
+    pub(super) fn new(tiles: &'a [TileData], channels: &LensChannels) -> Self {
         // More tiles compensate for noise.
         let noise = tiles.iter().map(|t| t.noise).sum::<f64>() / tiles.len().max(1) as f64;
         let times = (noise / MAX_QUIET_NOISE).clamp(1.0, MOST_TIMES);
         let count = |quiet: usize| (quiet as f64 * times) as usize;
-        let nothing = Hypothesis::new(Vec::new(), channels, reference);
+        let nothing = Hypothesis::new(Vec::new(), channels);
         let part = |quiet: usize| Subsample::new(tiles, count(quiet), &nothing);
         let screening = part(SCREENING_TILES);
         Self {
@@ -180,8 +183,8 @@ impl<'a> HypothesisSearch<'a> {
             screening,
             few: part(FIRST_SEARCH_TILES),
             many: part(COMPARISON_TILES),
-            channels,
-            reference,
+            channels: channels.clone(),
+            vergences: distinct_vergences(tiles),
         }
     }
 
@@ -229,23 +232,26 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Returns the null hypothesis: no effect is missing.
     pub(super) fn nothing(&self) -> Hypothesis {
-        Hypothesis::new(Vec::new(), self.channels, self.reference)
+        Hypothesis::new(Vec::new(), &self.channels)
     }
 
     /// Returns whether `effect` has a free parameter in a lens of this number of channels.
     pub(super) fn can_try(&self, effect: &'static dyn Effect) -> bool {
-        effect.starts().into_iter().all(|start| {
+        self.starts(effect).into_iter().all(|start| {
             let parts = vec![(effect, start)];
-            !Hypothesis::new(parts, self.channels, self.reference)
-                .slots
-                .is_empty()
+            !Hypothesis::new(parts, &self.channels).slots.is_empty()
         })
+    }
+
+    /// Returns the starts of `effect` at the observed distances.
+    pub(super) fn starts(&self, effect: &'static dyn Effect) -> Vec<SearchStart> {
+        effect.starts_at(&self.vergences)
     }
 
     /// Selects the starting points of `effect` alone.
     pub(super) fn outline(&self, effect: &'static dyn Effect) -> Outline {
-        let starts = effect.starts().into_iter().map(|start| {
-            let hypothesis = Hypothesis::new(vec![(effect, start)], self.channels, self.reference);
+        let starts = self.starts(effect).into_iter().map(|start| {
+            let hypothesis = Hypothesis::new(vec![(effect, start)], &self.channels);
             let theta = hypothesis.start();
             (hypothesis, theta)
         });
@@ -293,15 +299,22 @@ impl<'a> HypothesisSearch<'a> {
         (cost - self.few.noise).max(floor)
     }
 
-    /// Refines and scores the best of `drafts`. Those that leave much more of the gap than the best are only scored.
+    /// Refines and scores the best of `drafts`, and the simpler effects that the first of them contains. Others that leave much more of
+    /// the gap than the best are only scored.
     pub(super) fn singles(&self, mut drafts: Vec<Draft>) -> Vec<Candidate> {
         drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let most = drafts
             .first()
             .map_or(0.0, |best| HOPELESS_RATIO * self.resolved_excess(best.cost));
+        let leader = (drafts.first()).map(|best| (best.hypothesis.clone(), best.theta.clone()));
         let ranked = drafts.into_iter().enumerate();
         let scored = ranked.map(|(rank, draft)| {
-            if rank >= MAX_COMPLETED || self.resolved_excess(draft.cost) > most {
+            let container = leader.as_ref().filter(|(leader, _)| {
+                contained_in(leader.ids()[0]).any(|id| draft.hypothesis.ids() == [id])
+            });
+            if let Some((leader, theta)) = container {
+                self.completed(self.within(draft, leader, theta))
+            } else if rank >= MAX_COMPLETED || self.resolved_excess(draft.cost) > most {
                 self.scored(
                     draft.hypothesis,
                     draft.theta,
@@ -315,6 +328,31 @@ impl<'a> HypothesisSearch<'a> {
         let mut singles: Vec<Candidate> = scored.collect();
         singles.sort_by(|a, b| a.after.total_cmp(&b.after));
         singles
+    }
+
+    /// Returns `draft` of an effect that the effect of `container` contains, where its part in that effect at `theta` leads if that
+    /// is better.
+    fn within(&self, draft: Draft, container: &Hypothesis, theta: &[f64]) -> Draft {
+        let values = container.values(theta, self.channels.reference());
+        let (simpler, (outer, _)) = (draft.hypothesis.parts[0].0, &container.parts[0]);
+        let Some(values) = outer.contained_values(simpler, &values[0]) else {
+            return draft;
+        };
+        let slots = draft.hypothesis.slots.iter();
+        let theta: Vec<f64> = slots
+            .map(|s| values[s.parameter].clamp(s.least, s.most))
+            .collect();
+        let problem = GapProblem::new(&draft.hypothesis, &self.few.tiles, Detail::DRAFT);
+        let cost = problem.gap_sum(&theta);
+        if cost < draft.cost {
+            Draft {
+                theta,
+                cost,
+                ..draft
+            }
+        } else {
+            draft
+        }
     }
 
     /// Refines and scores `draft`.
@@ -399,17 +437,20 @@ impl<'a> HypothesisSearch<'a> {
             .filter(|(effect, _)| !strides.settled.contains(&effect.id()))
             .all(|(_, start)| start.is_likely);
         let lengths = &strides.lengths[..if is_likely { 1 } else { strides.lengths.len() }];
-        let tries = lengths.iter().filter_map(|stride| {
+        let tiles = &self.screening.tiles;
+        let is_carried = centroid_start::is_carried(hypothesis, theta, &neutral, tiles);
+        let tries = lengths.iter().flat_map(|stride| {
             let there: Vec<f64> = theta
                 .iter()
                 .zip(&neutral)
                 .map(|(to, from)| from + stride * (to - from))
                 .collect();
-            let there = if self.displaced {
-                centroid_start::with_placed_centroids(hypothesis, &there, &self.screening.tiles)
-            } else {
-                there
-            };
+            let placed = (self.displaced || is_carried)
+                .then(|| centroid_start::with_placed_centroids(hypothesis, &there, tiles));
+            let as_it_is = (!self.displaced).then_some(there);
+            as_it_is.into_iter().chain(placed)
+        });
+        let tries = tries.filter_map(|there| {
             let slots = hypothesis.slots.iter().zip(&there);
             let mut within = slots.map(|(s, v)| (s.least..=s.most).contains(v));
             within.all(|w| w).then(|| LocalMinimum {
@@ -458,7 +499,7 @@ impl<'a> HypothesisSearch<'a> {
         theta: &[f64],
     ) -> Candidate {
         let parts = vec![(effect, start)];
-        self.refined_from(Hypothesis::new(parts, self.channels, self.reference), theta)
+        self.refined_from(Hypothesis::new(parts, &self.channels), theta)
     }
 
     fn refined_from(&self, hypothesis: Hypothesis, theta: &[f64]) -> Candidate {
@@ -507,6 +548,17 @@ impl<'a> HypothesisSearch<'a> {
             acts_as: None,
         }
     }
+}
+
+/// Returns the vergences of `tiles`, rising.
+fn distinct_vergences(tiles: &[TileData]) -> Vec<f64> {
+    let known = tiles
+        .iter()
+        .filter(|tile| tile.distance != ObjectDistance::Unknown);
+    let mut vergences: Vec<f64> = known.map(|tile| tile.point.vergence_per_m).collect();
+    vergences.sort_by(f64::total_cmp);
+    vergences.dedup();
+    vergences
 }
 
 /// Returns the cross-validated weighted mean gap without noise. Each fold is evaluated in the quadratic

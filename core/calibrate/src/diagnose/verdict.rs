@@ -24,6 +24,11 @@ const CHANGED_RATIO: f64 = 1.5;
 const MAX_RIVALS: usize = 3;
 /// Standard errors of the gap in the detection limit.
 const LIMIT_SIGMAS: f64 = 5.0;
+/// Gap left that is far above the detection limit, in such limits, and as a share of the gap: effects that leave so much do not explain it.
+const FAR_LIMITS: f64 = 4.0;
+const FAR_SHARE: f64 = 0.06;
+/// Largest share of the gap that effects leave which close it, whatever the detection limit.
+const CLOSED_SHARE: f64 = 0.2;
 /// Least share of the gap that an effect must close to be added to an unexplained lens.
 const MIN_PARTIAL_SHARE: f64 = 0.3;
 
@@ -62,6 +67,11 @@ impl MeasuredGap {
 /// Returns the variance of a gap of `tile` by the product of noise and residual.
 fn product_with_noise(gap: f64, tile: &TileData) -> f64 {
     4.0 * gap.max(0.0) * (tile.noise - tile.noise_of_sum) / tile.noise_freedom()
+}
+
+/// Returns the detection limit without noise for a lens of that own gap.
+pub(super) fn own_limit(own_gap: f64) -> f64 {
+    (REAL_GAP_RATIO * (own_gap + MODEL_ERROR)).min(MAX_OWN_GAP)
 }
 
 /// Statistics of the gap of the given lens.
@@ -119,7 +129,7 @@ impl GapStatistics {
 
     /// Returns the detection limit without noise.
     fn own_limit(&self) -> f64 {
-        (REAL_GAP_RATIO * (self.misfit + MODEL_ERROR)).min(MAX_OWN_GAP)
+        own_limit(self.misfit)
     }
 
     /// Returns the part of the gap that the best single effect closes on zones left out of its fit. Where noise leaves less than nothing,
@@ -187,6 +197,33 @@ impl GapStatistics {
         (WANTS_THIRD[0]..WANTS_THIRD[1]).contains(&share)
     }
 
+    /// Returns whether effects that leave the gap `after` close it: what is left is not seen.
+    fn closes(&self, after: f64) -> bool {
+        after <= self.detection_limit().min(CLOSED_SHARE * self.before)
+    }
+
+    /// Returns whether effects that leave the gap `after` leave far more than is not seen.
+    fn leaves_much(&self, after: f64) -> bool {
+        after > FAR_LIMITS * self.detection_limit() && after > FAR_SHARE * self.before + self.misfit
+    }
+
+    /// Returns the indices of the candidates that these data do not distinguish from `all[best]`, and that of the unknown cause, the last of
+    /// `odds`. Where the best closes the gap, these are the ones that close it too, without its effects.
+    fn rivals(&self, all: &[&Candidate], odds: &[f64], best: usize) -> Vec<usize> {
+        let others = (0..odds.len()).filter(|k| *k != best);
+        if !self.closes(all[best].after) {
+            return others.collect();
+        }
+        let own = all[best].hypothesis.ids();
+        let is_rival = |k: &usize| {
+            all.get(*k).is_some_and(|candidate| {
+                let ids = candidate.hypothesis.ids();
+                self.closes(candidate.after) && !own.iter().all(|id| ids.contains(id))
+            })
+        };
+        others.filter(is_rival).collect()
+    }
+
     /// Decides between the `singles` and the `joint` candidates of two or three effects.
     pub(super) fn decide(&self, singles: &[Candidate], joint: &[Candidate]) -> Decision {
         let contenders: Vec<CandidateScore> = singles
@@ -227,9 +264,15 @@ impl GapStatistics {
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
             _ if !self.is_seen() => (Verdict::NoGap, None),
-            Some(k) if odds[k] > unknown => {
-                if odds[k] < MIN_PROBABILITY {
-                    equivalents.push(rivals(&all, &odds, k));
+            Some(k) if odds[k] > unknown && !self.leaves_much(all[k].after) => {
+                let rivals = self.rivals(&all, &odds, k);
+                let of_rivals: f64 = rivals.iter().map(|rival| odds[*rival]).sum();
+                let settled = match self.closes(all[k].after) {
+                    true => 1.0 - of_rivals,
+                    false => odds[k],
+                };
+                if settled < MIN_PROBABILITY {
+                    equivalents.push(named(&all, &odds, k, &rivals));
                     (Verdict::Ambiguous, Some(acting(k)))
                 } else {
                     (Verdict::Explained, Some(acting(k)))
@@ -262,9 +305,9 @@ impl GapStatistics {
     }
 }
 
-/// Returns the effects of `all[best]` and of its rivals, the likeliest first, and `unknown` where that is one of them.
-fn rivals(all: &[&Candidate], odds: &[f64], best: usize) -> Vec<&'static str> {
-    let mut order: Vec<usize> = (0..odds.len()).filter(|k| *k != best).collect();
+/// Returns the effects of `all[best]` and of its `rivals`, the likeliest first, and `unknown` where that is one of them.
+fn named(all: &[&Candidate], odds: &[f64], best: usize, rivals: &[usize]) -> Vec<&'static str> {
+    let mut order = rivals.to_vec();
     order.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
     let mut class = all[best].hypothesis.ids();
     let mut reached = odds[best];
@@ -301,6 +344,22 @@ mod tests {
         misfit: 0.0003,
         best: 0.0045,
     };
+
+    #[test]
+    fn a_remainder_is_closed_below_the_limit_and_no_explanation_far_above_it() {
+        let statistics = GapStatistics {
+            before: 0.2,
+            ..NOISY
+        };
+        let limit = statistics.detection_limit();
+        assert!(statistics.closes(0.9 * limit) && !statistics.closes(1.1 * limit));
+        assert!(!statistics.leaves_much(3.0 * limit) && statistics.leaves_much(8.0 * limit));
+        let small = GapStatistics {
+            before: limit,
+            ..NOISY
+        };
+        assert!(!small.closes(0.9 * limit), "a gap that nothing closes");
+    }
 
     #[test]
     fn a_gap_within_noise_is_seen_only_where_an_effect_closes_more_than_the_model_leaves() {

@@ -122,8 +122,15 @@ pub(crate) fn direction_in_picture([x, y]: [f64; 2]) -> &'static str {
     DIRECTIONS[(eighth.round().rem_euclid(8.0)) as usize % 8]
 }
 
-/// Formats `value` ± `sigma` with `unit`: two digits of the error, at most four significant digits of the value.
+/// Formats `value` ± `sigma` with `unit`: two digits of the error, at most four significant digits of the value. A size within its
+/// error is none: its upper limit is stated, at two standard errors.
 pub(super) fn quantity(value: f64, sigma: f64, unit: &str) -> String {
+    if value.abs() < sigma {
+        return format!(
+            "less than {}",
+            quantity(value.abs() + 2.0 * sigma, 0.0, unit)
+        );
+    }
     let after = |number: f64, digits: i32| {
         let power = number.abs().max(1e-9).log10().floor() as i32;
         (digits - 1 - power).max(0)

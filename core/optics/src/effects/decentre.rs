@@ -238,6 +238,19 @@ impl Effect for Decentre {
         ]
     }
 
+    // Focus linear in field, and keystone along its direction.
+    fn contained_values(&self, simpler: &dyn Effect, values: &[f64]) -> Option<Vec<f64>> {
+        let (focus, keystone) = (
+            [values[4], values[5]],
+            [values[DISTORTION], values[DISTORTION + 1]],
+        );
+        let squared = focus[0] * focus[0] + focus[1] * focus[1];
+        (simpler.id() == SensorTilt.id() && squared > 0.0).then(|| {
+            let along = focus[0] * keystone[0] + focus[1] * keystone[1];
+            vec![focus[0], focus[1], along / squared, 0.0]
+        })
+    }
+
     // Wave terms scale by docs/background/model.md section 10 with pupil power l and field power a: coma 3
     // and 0, terms linear in field 2 and 1, constant astigmatism 2 and 0. Shifts are angles times Z2.
     fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {

@@ -104,7 +104,7 @@ impl Effect for DefocusOffset {
 }
 
 /// Formats the distance of vergence `v`, 1/m.
-fn metres(v: f64) -> String {
+pub(super) fn metres(v: f64) -> String {
     if v < -1e-3 {
         "beyond infinity".to_owned()
     } else if v < 1e-3 {

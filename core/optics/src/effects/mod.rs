@@ -17,6 +17,7 @@ mod description;
 mod diffraction;
 mod distortion;
 mod double_plane;
+mod focus_error;
 mod higher_order;
 mod lateral_colour;
 mod lens_scale;
@@ -44,6 +45,7 @@ pub use description::{Description, FieldNeed, FitPart, OneDistanceTwin, Symmetry
 pub use diffraction::Diffraction;
 pub use distortion::Distortion;
 pub use double_plane::DoublePlane;
+pub use focus_error::FocusError;
 pub use higher_order::HigherOrder;
 pub use lateral_colour::LateralColour;
 pub use lens_scale::LensScale;
@@ -249,6 +251,16 @@ pub trait Effect: Send + Sync {
     /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
     fn starts(&self) -> Vec<SearchStart>;
 
+    /// Returns starts for a search against observations at `vergences`, 1/m and rising: none where they cannot show the effect.
+    fn starts_at(&self, _vergences: &[f64]) -> Vec<SearchStart> {
+        self.starts()
+    }
+
+    /// Returns the values of `simpler`, an effect that this one contains, that `values` imitate; `None` where they do not show them.
+    fn contained_values(&self, _simpler: &dyn Effect, _values: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
     /// Returns `values` for the same lens with pupil and sensor distance changed by `ratios`: as they are, for effects that are
     /// not of the lens.
     fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
@@ -261,6 +273,7 @@ pub static ALL: &[&dyn Effect] = &[
     &PupilScale,
     &DefocusOffset,
     &DepthScale,
+    &FocusError,
     &SensorTilt,
     &Decentre,
     &HigherOrder,

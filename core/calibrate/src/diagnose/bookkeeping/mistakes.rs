@@ -5,14 +5,15 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 
+use super::encodings::{ENCODINGS, Encoding};
+use super::sharpening::UnsharpMask;
+
 /// Largest share of the gap that the right mistake leaves: an effect beside it may leave a part.
 const LEFT: f64 = 0.2;
 /// The same of a mistake that an effect may imitate.
-const LEFT_OF_IMITATED: f64 = 0.03;
+pub(super) const LEFT_OF_IMITATED: f64 = 0.03;
 /// Largest number of distances of which every order is tried.
 const ALL_ORDERS: usize = 4;
-/// Display gamma: sRGB and Rec. 709 pictures are close to it.
-const GAMMA: f32 = 2.2;
 
 /// A mistake in a set.
 pub(super) struct Mistake {
@@ -21,24 +22,32 @@ pub(super) struct Mistake {
     pub(super) remedy: String,
     /// Largest share of the gap that it may leave.
     pub(super) largest_share: f64,
-    change: Change,
+    pub(super) change: Change,
 }
 
 /// The change of a set that corrects a mistake.
-enum Change {
+pub(super) enum Change {
     Positions(Symmetry),
     Tiles(Symmetry),
-    Shift(f64),
+    /// Shift of the tiles alone, px.
+    Shift([f64; 2]),
+    /// Shift of tiles and ideal positions, px.
+    Crop([f64; 2]),
+    /// Factor of all positions.
+    Scale(f64),
     /// Index of the tile that each channel gets.
     Channels(Vec<usize>),
     /// The stated and the true distance.
     Distances(Vec<(ObjectDistance, ObjectDistance)>),
-    Gamma,
+    Encoding(Encoding),
+    /// Constant of each channel, added to the background.
+    BlackLevel(Vec<f64>),
+    Sharpening(UnsharpMask),
 }
 
 /// A symmetry of a rectangle: first rows and columns are exchanged, then each axis is mirrored.
 #[derive(Debug, Clone, Copy)]
-struct Symmetry {
+pub(super) struct Symmetry {
     transposes: bool,
     mirrors_x: bool,
     mirrors_y: bool,
@@ -118,8 +127,53 @@ pub(super) fn of_frame_and_samples(set: &ObservationSet) -> Vec<Mistake> {
         all.extend(of_symmetries(set));
     }
     all.extend(of_channels(set));
+    all.extend(of_origin(set));
     all.extend(of_samples());
     all
+}
+
+/// Returns the mistakes in the origin and the unit of positions.
+fn of_origin(set: &ObservationSet) -> Vec<Mistake> {
+    let [width, height] = [set.frame.width_px(), set.frame.height_px()].map(f64::from);
+    let remedy = "Count x and y of each observation in pixels of the whole picture, from its top left corner.";
+    let mistake = |id, words: &str, change| Mistake {
+        id,
+        words: words.to_owned(),
+        remedy: remedy.to_owned(),
+        largest_share: LEFT,
+        change,
+    };
+    vec![
+        mistake(
+            "origin",
+            "positions are counted from the centre of the picture",
+            Change::Crop([width / 2.0, height / 2.0]),
+        ),
+        mistake(
+            "position_unit",
+            "positions are those of a picture of half the size",
+            Change::Scale(2.0),
+        ),
+        mistake(
+            "position_unit",
+            "positions are those of a picture of twice the size",
+            Change::Scale(0.5),
+        ),
+    ]
+}
+
+/// Returns the mistake of positions in a crop whose corner lies at `corner` of the picture, px.
+pub(super) fn of_crop(corner: [f64; 2]) -> Mistake {
+    let [x, y] = corner;
+    Mistake {
+        id: "crop",
+        words: format!(
+            "positions are those in a crop, whose corner lies at ({x}, {y}) of the picture"
+        ),
+        remedy: format!("Add ({x}, {y}) to centre and ideal position of each observation."),
+        largest_share: LEFT_OF_IMITATED,
+        change: Change::Crop(corner),
+    }
 }
 
 fn of_symmetries(set: &ObservationSet) -> Vec<Mistake> {
@@ -271,26 +325,26 @@ fn of_samples() -> Vec<Mistake> {
         change,
     };
     let centre = "Positions are measured from the corner of the frame: the centre of its first pixel is (0.5, 0.5).";
-    vec![
+    let mut all = vec![
         mistake(
             "half_pixel",
             "positions are half a pixel too small in x and y",
             centre,
-            Change::Shift(0.5),
+            Change::Shift([0.5; 2]),
         ),
         mistake(
             "half_pixel",
             "positions are half a pixel too large in x and y",
             centre,
-            Change::Shift(-0.5),
+            Change::Shift([-0.5; 2]),
         ),
-        mistake(
-            "encoding",
-            "tiles are encoded for display, with a gamma near 2.2",
-            "Write tiles whose samples are proportional to light.",
-            Change::Gamma,
-        ),
-    ]
+    ];
+    let light = "Write tiles whose samples are proportional to light.";
+    all.extend(
+        ENCODINGS
+            .map(|(encoding, words)| mistake("encoding", words, light, Change::Encoding(encoding))),
+    );
+    all
 }
 
 impl Mistake {
@@ -322,9 +376,23 @@ impl Change {
                 corrected.weight_mask =
                     mask.map(|mask| symmetry.cells(&mask, first.width(), first.height()));
             }
-            Self::Shift(px) => {
-                let centre = observation.centre;
-                corrected.centre = ImagePoint::new(centre.x_px + px, centre.y_px + px);
+            Self::Shift(by) => corrected.centre = moved(corrected.centre, *by),
+            Self::Crop(by) => {
+                corrected.centre = moved(corrected.centre, *by);
+                corrected.ideal = corrected.ideal.map(|ideal| moved(ideal, *by));
+            }
+            Self::Scale(factor) => {
+                let scaled = |at: ImagePoint| ImagePoint::new(factor * at.x_px, factor * at.y_px);
+                let centre = scaled(corrected.centre);
+                // A tile keeps its pixels, and with them the offset of its centre from the ideal position.
+                corrected.ideal = corrected.ideal.map(|ideal| {
+                    let off = [
+                        ideal.x_px - observation.centre.x_px,
+                        ideal.y_px - observation.centre.y_px,
+                    ];
+                    moved(centre, off)
+                });
+                corrected.centre = centre;
             }
             Self::Channels(order) => {
                 corrected.tiles = order
@@ -340,8 +408,19 @@ impl Change {
                     .find(|(stated, _)| *stated == observation.distance);
                 corrected.distance = pair?.1;
             }
-            Self::Gamma => {
-                let decoded = corrected.tiles.iter().map(decoded);
+            Self::BlackLevel(levels) => {
+                for (background, level) in corrected.background.iter_mut().zip(levels) {
+                    *background += *level;
+                }
+            }
+            Self::Sharpening(mask) => {
+                let tiles = corrected.tiles.iter().map(|tile| mask.taken_off(tile));
+                corrected.tiles = tiles.collect::<Option<_>>()?;
+                // The mask changed the noise of pixels.
+                corrected.noise_sigma = vec![None; corrected.tiles.len()];
+            }
+            Self::Encoding(encoding) => {
+                let decoded = corrected.tiles.iter().map(|tile| encoding.decoded(tile));
                 corrected.tiles = decoded.collect::<Option<_>>()?;
                 // Noise of codes is another in each pixel of light.
                 corrected.noise_sigma = vec![None; corrected.tiles.len()];
@@ -352,14 +431,8 @@ impl Change {
     }
 }
 
-/// Returns a tile of light from one of display codes.
-fn decoded(tile: &Tile) -> Option<Tile> {
-    let peak = tile.samples().iter().copied().fold(0.0, f32::max);
-    let light = tile
-        .samples()
-        .iter()
-        .map(|code| peak * (code.max(0.0) / peak).powf(GAMMA));
-    Tile::new(tile.width(), tile.height(), light.collect()).ok()
+fn moved(at: ImagePoint, [x, y]: [f64; 2]) -> ImagePoint {
+    ImagePoint::new(at.x_px + x, at.y_px + y)
 }
 
 impl Symmetry {

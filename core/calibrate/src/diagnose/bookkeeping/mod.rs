@@ -1,24 +1,30 @@
 //! Mistakes in keeping books: a frame that is mirrored, a unit, exchanged labels. They are tried before effects.
 //!
-//! Each is a change of the set without parameters, so that it costs a prediction and no fit. The right one leaves what the
-//! lens always leaves; an effect of optics is closed by none.
+//! Each is a change of the set, whose amount if any is estimated, so that it costs a prediction and no fit. The right one leaves what the
+//! lens always leaves; an effect of optics is closed by none. Beside a strong effect a mistake is only suspected: it is one if effects do
+//! not explain the gap with it, and do without it.
 
+mod crop;
+mod encodings;
+mod estimates;
+pub(super) mod exchanged;
 mod mistakes;
+mod sharpening;
+#[cfg(test)]
+mod tests;
 
 use schemars::JsonSchema;
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{LensProfile, PupilChannel};
-use seidel_optics::psf::pupil::Detail;
 use serde::Serialize;
 
 use super::Verdict;
-use super::gap_problem::{GapProblem, weight};
+use super::gap_problem::mean_gap;
 use super::hypothesis::Hypothesis;
 use super::jitter;
 use super::tiles::{TileData, TileSet};
-use crate::reference_channel::reference_channel;
 use mistakes::Mistake;
 
 /// Least gap that a mistake of any weight leaves.
@@ -26,7 +32,11 @@ const MIN_GAP: f64 = 0.01;
 /// Ratio of that gap to the own gap of the lens.
 const MIN_RATIO: f64 = 4.0;
 /// Gaps up to this ratio to the least are equal: of equal mistakes the commonest is named.
-const EQUAL: f64 = 1.1;
+const EQUAL: f64 = 1.25;
+/// Largest gap that the right mistake leaves: what an effect beside it makes.
+const MAX_LEFT: f64 = 0.4;
+/// Largest share of the gap that a suspected mistake leaves.
+const SUSPECTED: f64 = 0.6;
 /// PSFs that are compared with each prediction.
 const SAMPLE: usize = 16;
 
@@ -50,7 +60,15 @@ pub struct Bookkeeping {
     pub corrected: ObservationSet,
 }
 
-/// Looks for a mistake that explains most of the gap between `lens`, whose own gap is `own_gap`, and `set`.
+/// A mistake as it was found.
+pub(super) enum Finding {
+    /// It explains most of the gap.
+    Sure(Bookkeeping),
+    /// It explains a part of the gap, and effects may explain the rest.
+    Suspected(Bookkeeping),
+}
+
+/// Looks for a mistake that explains the gap between `lens`, whose own gap is `own_gap`, and `set`, or a part of it.
 ///
 /// # Errors
 /// A set that cannot be compared with the lens.
@@ -59,7 +77,7 @@ pub(super) fn find(
     channels: &[PupilChannel],
     set: &ObservationSet,
     own_gap: f64,
-) -> Result<Option<Bookkeeping>> {
+) -> Result<Option<Finding>> {
     let sample = sample(set);
     // A few PSFs may cover too little of the field, where all of them do not.
     let Ok(before) = gap(lens, channels, &sample) else {
@@ -68,7 +86,11 @@ pub(super) fn find(
     if before < MIN_GAP.max(MIN_RATIO * own_gap) {
         return Ok(None);
     }
-    let mut all = mistakes::of_frame_and_samples(&sample);
+    let nothing = Hypothesis::nothing(channels.len());
+    let tiles = placed_tiles(lens, channels, &sample)?;
+    // Before encodings, which a black level beside a tone curve resembles.
+    let mut all = estimates::of(&nothing, &tiles, &sample);
+    all.extend(mistakes::of_frame_and_samples(&sample));
     if Predictor::new(lens)?.depends_on_depth() {
         all.extend(mistakes::of_distances(&sample));
     }
@@ -80,24 +102,33 @@ pub(super) fn find(
     let tried: Vec<(f64, Mistake)> = tried.collect();
     let least = tried.iter().map(|(gap, _)| *gap);
     let least = least.fold(f64::INFINITY, f64::min).max(0.0);
-    let equal = tried.into_iter().find(|(after, mistake)| {
-        *after <= EQUAL * least + 1e-4 && *after <= mistake.largest_share * before
+    let best = tried.into_iter().filter(|(after, _)| {
+        *after <= EQUAL * least + 1e-4 && *after <= MAX_LEFT.min(SUSPECTED * before)
     });
-    let Some((after, mistake)) = equal else {
-        return Ok(None);
+    let is_sure = |(after, mistake): &(f64, Mistake)| *after <= mistake.largest_share * before;
+    let (mut sure, suspected): (Vec<_>, Vec<_>) = best.partition(is_sure);
+    if sure.is_empty() {
+        let gap_of = |set: &ObservationSet| gap(lens, channels, set).ok();
+        sure.extend(crop::find(&sample, before, gap_of));
+    }
+    let found = |(after, mistake): (f64, Mistake)| {
+        Some(Bookkeeping {
+            corrected: mistake.correct(set)?,
+            mistake: mistake.id,
+            words: mistake.words,
+            remedy: mistake.remedy,
+            gap_before: before,
+            gap_after: after,
+            verdict: Verdict::NoGap,
+        })
     };
-    let Some(corrected) = mistake.correct(set) else {
-        return Ok(None);
-    };
-    Ok(Some(Bookkeeping {
-        mistake: mistake.id,
-        words: mistake.words,
-        remedy: mistake.remedy,
-        gap_before: before,
-        gap_after: after,
-        verdict: Verdict::NoGap,
-        corrected,
-    }))
+    Ok(if sure.is_empty() {
+        let first = suspected.into_iter().next();
+        first.and_then(found).map(Finding::Suspected)
+    } else {
+        let first = sure.into_iter().next();
+        first.and_then(found).map(Finding::Sure)
+    })
 }
 
 /// Returns a set of some observations, spread over the order of `set` and over its distances.
@@ -117,19 +148,19 @@ fn sample(set: &ObservationSet) -> ObservationSet {
     }
 }
 
+/// Returns the tiles of `set`, each where the lens agrees best with it if its position is not known.
+fn placed_tiles(
+    lens: &LensProfile,
+    channels: &[PupilChannel],
+    set: &ObservationSet,
+) -> Result<Vec<TileData>> {
+    let mut tiles = TileSet::new(lens, channels, set, &[])?.tiles;
+    jitter::place_by_pixels(&Hypothesis::nothing(channels.len()), &[], &mut tiles);
+    Ok(tiles)
+}
+
 /// Returns the mean gap of `set`, less noise.
 fn gap(lens: &LensProfile, channels: &[PupilChannel], set: &ObservationSet) -> Result<f64> {
-    let mut tiles = TileSet::new(lens, channels, set, &[])?.tiles;
-    let names = channels.iter().map(|c| c.name.as_str());
-    let reference = reference_channel(&lens.camera, names);
-    let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
-    jitter::place_by_pixels(&nothing, &[], &mut tiles);
-    let tiles: Vec<&TileData> = tiles.iter().collect();
-    let gaps = GapProblem::new(&nothing, &tiles, Detail::COARSE).gaps(&[]);
-    let (mut total, mut excess) = (0.0, 0.0);
-    for (gap, tile) in gaps.iter().zip(&tiles) {
-        total += weight(tile);
-        excess += weight(tile) * (gap - tile.noise);
-    }
-    Ok(excess / total)
+    let tiles = placed_tiles(lens, channels, set)?;
+    Ok(mean_gap(&Hypothesis::nothing(channels.len()), &tiles))
 }
