@@ -92,15 +92,18 @@ impl CameraArgs {
     fn stated(&self, paths: &[PathBuf], width: usize) -> Result<Vec<StatedCamera>, CommandError> {
         let each = paths.iter().map(|path| stated_camera(path, width));
         let stated: Vec<StatedCamera> = each.collect::<Result<_, _>>()?;
-        let settings: [(&str, bool, fn(&StatedCamera) -> Option<f64>); 2] = [
-            ("focal-length-mm", self.focal_length_mm.is_some(), |s| {
-                s.focal_length_mm
-            }),
-            ("f-number", self.f_number.is_some(), |s| s.f_number),
-        ];
-        for (option, is_given, value) in settings {
-            let known = paths.iter().zip(&stated);
-            let mut known = known.filter_map(|(path, s)| Some((path, value(s)?)));
+        let focal_lengths: Vec<_> = stated.iter().map(|s| s.focal_length_mm).collect();
+        let f_numbers: Vec<_> = stated.iter().map(|s| s.f_number).collect();
+        for (option, is_given, values) in [
+            (
+                "focal-length-mm",
+                self.focal_length_mm.is_some(),
+                focal_lengths,
+            ),
+            ("f-number", self.f_number.is_some(), f_numbers),
+        ] {
+            let known = paths.iter().zip(values);
+            let mut known = known.filter_map(|(path, value)| Some((path, value?)));
             let Some((first, expected)) = known.next().filter(|_| !is_given) else {
                 continue;
             };
