@@ -38,6 +38,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// `Cancelled`.
 #[pyfunction]
 #[pyo3(signature = (lens, image, depth=None, *, holdout=None, mask=None, background=None, settings=None, progress=None))]
+#[expect(clippy::too_many_arguments, reason = "the arguments of Python")]
 fn apply<'py>(
     lens: &Bound<'py, Lens>,
     image: &Bound<'py, PyAny>,

@@ -140,6 +140,8 @@ const EXTENT_LIGHTS: usize = 60;
 const EXTENT_SHARE: f32 = 0.02;
 /// Least level of the extent of a light, standard deviations of the filtered noise.
 const EXTENT_SIGMAS: f32 = 5.0;
+/// Extent of a light over that which a Gaussian of the same core has: PSFs have wider tails, noise has no end.
+const MAX_TAIL: f64 = 1.3;
 /// Largest extent that is followed, px.
 const MAX_EXTENT_PX: usize = 160;
 /// Radius of a tile over the extent of the lights, and its least value in px.
@@ -351,7 +353,7 @@ fn typical_extent(photo: &Photograph, filtered: &Filtered, peaks: &[Peak]) -> f6
     let mut extents: Vec<f64> = sound
         .take(EXTENT_LIGHTS)
         .filter(|p| p.snr > 50.0)
-        .map(|p| extent_above_noise(filtered, p))
+        .map(|p| extent_in_noise(filtered, p))
         .collect();
     if extents.is_empty() {
         let some = peaks.iter().take(EXTENT_LIGHTS);
@@ -363,12 +365,14 @@ fn typical_extent(photo: &Photograph, filtered: &Filtered, peaks: &[Peak]) -> f6
     quantile(&mut extents, 0.5)
 }
 
-/// Returns the extent of a light, from that at a level which noise does not reach: along connected noise it would have no end.
-fn extent_above_noise(filtered: &Filtered, peak: &Peak) -> f64 {
+/// Returns the extent of a light, limited by that at a level which noise does not reach: along connected noise it has no end.
+fn extent_in_noise(filtered: &Filtered, peak: &Peak) -> f64 {
     let share = EXTENT_SHARE.max(EXTENT_SIGMAS / peak.snr);
     // Both levels as those of a Gaussian.
     let wider = f64::from(EXTENT_SHARE.ln() / share.ln()).sqrt();
-    wider * filtered.extent(peak, share, MAX_EXTENT_PX)
+    let clear = wider * filtered.extent(peak, share, MAX_EXTENT_PX);
+    let reached = filtered.extent(peak, EXTENT_SHARE, MAX_EXTENT_PX);
+    reached.min(MAX_TAIL * clear)
 }
 
 fn check_found(photographs: &[Photograph], found: &[Found]) -> Result<()> {

@@ -23,14 +23,18 @@ impl Change {
     }
 }
 
+/// Phase of a focus error by vergence, m: neighbouring distances have errors of their own.
+const FOCUS_ERROR_PHASE_M: f64 = 100.0;
+
 /// Draws the effect `id` for `lens`.
 ///
 /// # Panics
-/// If `id` is not one of [`super::third_order::EFFECTS`].
+/// If `id` is neither one of [`super::third_order::EFFECTS`] nor `focus_error`, which no deck of blind cases holds.
 pub(super) fn effect(id: &str, lens: &Lens, rng: &mut Rng) -> Change {
     match id {
         "defocus_offset" => defocus_offset(rng),
         "depth_scale" => depth_scale(rng),
+        "focus_error" => focus_error(rng),
         "sensor_tilt" => sensor_tilt(rng),
         "decentre" => decentre(rng),
         "diffraction" => diffraction(lens),
@@ -72,6 +76,20 @@ fn defocus_offset(rng: &mut Rng) -> Change {
         refocus(sign * t, tele, lens, pencil);
     })
     .scaled("alpha", sign)
+    .fixed("growth_share", tele)
+}
+
+/// Each distance has another focus, without a rule.
+fn focus_error(rng: &mut Rng) -> Change {
+    let (phase, tele) = (
+        rng.between(0.0, std::f64::consts::TAU),
+        rng.between(0.3, 1.0),
+    );
+    Change::new("focus_error", [0.02, 2.5], move |t, lens, place, pencil| {
+        let error = libm::sin(phase + FOCUS_ERROR_PHASE_M / place.depth_m);
+        refocus(t * error, tele, lens, pencil);
+    })
+    .fixed("phase", phase)
     .fixed("growth_share", tele)
 }
 

@@ -36,6 +36,9 @@ const LEAST_CHANNEL_VARIANCE: f64 = 0.35;
 /// Flux over its noise that every channel needs, and the sum over the tile over its noise: below, it may not even be positive.
 const MIN_CHANNEL_SNR: f64 = 6.0;
 const MIN_TILE_SNR: f64 = 3.0;
+/// Change of the background over a tile from which on it is taken off, in standard deviations of a pixel: that of an even background
+/// is known to about one.
+const MIN_SLOPE_SIGMAS: f64 = 1.2;
 
 /// One photograph with the lights found in it.
 pub(crate) struct Scene<'a> {
@@ -206,7 +209,7 @@ impl Scene<'_> {
     }
 
     /// Returns the slope of the background of `channel` across `window`, counts per pixel along x and y. Zero where the change over the
-    /// tile is below half the noise of a pixel.
+    /// tile is below [`MIN_SLOPE_SIGMAS`].
     fn slope(&self, channel: usize, window: &Window) -> [f64; 2] {
         let background = &self.found.backgrounds[channel];
         let [x, y] = window.middle();
@@ -216,7 +219,7 @@ impl Scene<'_> {
             level(x + across, y) - level(x - across, y),
             level(x, y + down) - level(x, y - down),
         ];
-        if change[0].hypot(change[1]) < 0.5 * background.sigma_at(x, y) {
+        if change[0].hypot(change[1]) < MIN_SLOPE_SIGMAS * background.sigma_at(x, y) {
             return [0.0; 2];
         }
         [change[0] / (2.0 * across), change[1] / (2.0 * down)]
