@@ -70,6 +70,7 @@ const ALLOWED: [(&str, &[&str]); 22] = [
             "seidel-colour",
             "seidel-core",
             "seidel-image-io",
+            "seidel-measure",
             "seidel-ofx",
             "seidel-ofx-host",
             "seidel-optics",

@@ -1,4 +1,4 @@
-//! What the file of a photograph states about camera and lens: EXIF of TIFF, DNG and JPEG files, attributes of OpenEXR.
+//! Data of camera and lens that the file of a photograph states: EXIF of TIFF, DNG and JPEG files, attributes of OpenEXR.
 
 use std::path::Path;
 

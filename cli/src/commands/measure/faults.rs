@@ -7,7 +7,7 @@ use seidel_image_io::FileError;
 
 use crate::commands::CommandError;
 
-/// What to do where a lens would be wrong.
+/// The decision where a lens would be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Insistence {
     /// Write no lens.

@@ -1,3 +1,5 @@
+//! A lens of one distance follows the data of its camera; missing, contradicting and impossible data are named.
+
 use seidel_core::{Controls, FieldPoint};
 use seidel_optics::lens::VergenceSeries;
 

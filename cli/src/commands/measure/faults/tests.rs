@@ -1,3 +1,5 @@
+//! Departures of edges from what a lens draws, named by their cause.
+
 use seidel_calibrate::fit::edges::Term;
 
 use super::*;

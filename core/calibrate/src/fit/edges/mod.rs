@@ -55,7 +55,7 @@ pub struct EdgeFit {
     pub axis: Option<AxisEstimate>,
     /// Median chi squared per degree of freedom of the profiles.
     pub chi2: f64,
-    /// What the profiles show that the lens does not, over the step: root mean square beyond the noise.
+    /// Root mean square of the residuals of the profiles beyond the noise, over the step.
     pub unexplained: f64,
     /// Whether the last minimisation converged.
     pub converged: bool,
