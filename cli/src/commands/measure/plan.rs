@@ -6,7 +6,7 @@ use seidel_measure::printed::{Medium, PageCoverage, Viewing};
 use serde_json::{Value, json};
 
 use super::by_option;
-use super::print::{MARGIN_MM, parse_paper};
+use super::print::{MARGIN_MM, parse_paper, parse_sensor};
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::significant;
@@ -44,14 +44,6 @@ pub struct PlanArgs {
     /// Print the plan as JSON
     #[arg(long)]
     json: bool,
-}
-
-pub(super) fn parse_sensor(text: &str) -> Result<[f64; 2], String> {
-    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| {
-        let side = |t: &str| t.trim().parse().ok();
-        Some([side(w)?, side(h)?])
-    });
-    sides.ok_or_else(|| "give width and height in millimetres, such as 36x24".to_owned())
 }
 
 /// Exposure of the brightest pixel of a light, and of the white of a chart, as shares of the clipping level: photon noise

@@ -12,7 +12,6 @@ use seidel_measure::printed::{self, Medium, PageCoverage, Sheet, Viewing};
 use serde_json::json;
 
 use super::by_option;
-use super::plan::parse_sensor;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::pictures::printed::{PrintFormat, pdf, picture, svg};
@@ -118,6 +117,11 @@ pub(super) fn parse_paper(text: &str) -> Result<[f64; 2], String> {
     }
     let size = two(text, |v: &f64| (30.0..=5000.0).contains(v));
     size.ok_or_else(|| "give A0 to A5, Letter, Legal, Tabloid, or WxH in millimetres".to_owned())
+}
+
+pub(super) fn parse_sensor(text: &str) -> Result<[f64; 2], String> {
+    let size = two(text, |v: &f64| *v > 0.0 && v.is_finite());
+    size.ok_or_else(|| "give width and height in millimetres, such as 36x24".to_owned())
 }
 
 fn parse_screen(text: &str) -> Result<[u32; 2], String> {
