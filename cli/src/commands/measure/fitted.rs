@@ -30,9 +30,9 @@ pub(super) enum PixelNoise {
     Stated,
 }
 
-/// Fits a lens to `set` in two steps. The first holds a fifth of the lights out, for the score; where the set states no gain,
-/// its residuals give one by photon transfer. The second fits the model found to all lights with that gain. It weights the pixels and is not
-/// kept, because the residuals hold errors of the model as well as noise.
+/// Fits a lens to `set` in two steps. The first selects the model and holds a fifth of the lights out, for the score; where the set
+/// states no gain, its residuals give one by photon transfer. The second fits that model to all lights, with the gain as the weight of
+/// pixels. The gain is not kept, because the residuals hold errors of the model as well as noise.
 pub(super) fn fit_lens(
     args: &CommonArgs,
     set: &mut ObservationSet,

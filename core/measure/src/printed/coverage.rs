@@ -17,7 +17,7 @@ const ADVISED_SHARE: f64 = 0.25;
 pub struct PageCoverage {
     /// Width and height of the page over those of the frame.
     pub share: [f64; 2],
-    /// Width and height of what the frame shows at the distance, m.
+    /// Width and height of the field of view at the distance, m.
     pub frame_m: [f64; 2],
     /// Photographs along the width and the height that cover the frame, with the page moved between them.
     pub positions: [usize; 2],

@@ -45,7 +45,7 @@ pub(super) const fn packs(count: usize) -> usize {
 
 /// Returns the sum of `rows`, each times its weight.
 ///
-/// Four registers at a time: compilers keep sums of arrays in memory here, at twice the time of a whole fit's rasterisation.
+/// Four registers at a time: compilers keep an array of sums in memory here, and a fit then takes a third more time.
 #[inline(always)]
 fn weighted_sum<S: pulp::Simd>(simd: S, weights: &[f64], rows: &[[f64; BLOCK]]) -> [f64; BLOCK] {
     const REGISTERS: usize = 4;
