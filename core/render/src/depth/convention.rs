@@ -1,5 +1,6 @@
 //! Conventions of depth passes, and conversion to object vergence.
 
+use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::ImagePoint;
 
@@ -45,6 +46,15 @@ pub struct DepthReading {
     pub outside: usize,
     /// Nearest and farthest finite distance, metres; `None` if every pixel is at infinity.
     pub range_m: Option<(f64, f64)>,
+}
+
+/// What a row of a depth pass holds, as in [`DepthReading`].
+#[derive(Default)]
+struct RowCounts {
+    infinite: usize,
+    empty: usize,
+    outside: usize,
+    range_m: Option<(f64, f64)>,
 }
 
 /// The meaning of one sample of a depth pass.
@@ -105,42 +115,21 @@ impl DepthConvention {
     /// camera, and an invalid unit or range.
     pub fn read(&self, samples: &[f32], width: usize) -> Result<DepthReading> {
         self.check()?;
-        let mut reading = DepthReading {
-            vergence: Vec::with_capacity(samples.len()),
-            infinite: 0,
-            empty: 0,
-            outside: 0,
-            range_m: None,
+        let mut vergence = vec![0.0; samples.len()];
+        let rows = vergence.par_chunks_mut(width.max(1));
+        let rows = rows.zip(samples.par_chunks(width.max(1))).enumerate();
+        let counts: Vec<RowCounts> = rows
+            .map(|(row, (out, samples))| self.read_row(samples, row, out))
+            .collect::<Result<_>>()?;
+        let sum = |count: fn(&RowCounts) -> usize| counts.iter().map(count).sum();
+        let ranges = counts.iter().filter_map(|counts| counts.range_m);
+        let reading = DepthReading {
+            vergence,
+            infinite: sum(|counts| counts.infinite),
+            empty: sum(|counts| counts.empty),
+            outside: sum(|counts| counts.outside),
+            range_m: ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))),
         };
-        for (index, &value) in samples.iter().enumerate() {
-            let normalised = matches!(self, Self::FarOne { .. } | Self::FarZero { .. });
-            if normalised && !(0.0..=1.0).contains(&value) {
-                reading.outside += 1;
-            }
-            let vergence = match self.sample(f64::from(value)) {
-                Sample::Metres(m) => {
-                    let (near, far) = reading.range_m.unwrap_or((m, m));
-                    reading.range_m = Some((near.min(m), far.max(m)));
-                    1.0 / m
-                }
-                Sample::Infinity => {
-                    reading.infinite += 1;
-                    0.0
-                }
-                Sample::Empty => {
-                    reading.empty += 1;
-                    0.0
-                }
-                Sample::Invalid => {
-                    return Err(Error::new(
-                        format!("pixel ({}, {})", index % width.max(1), index / width.max(1)),
-                        format!("is {value}"),
-                        "give every pixel a depth; the background may be at infinity",
-                    ));
-                }
-            };
-            reading.vergence.push(vergence as f32);
-        }
         if reading.empty == samples.len() {
             return Err(Error::new(
                 "depth pass",
@@ -149,6 +138,34 @@ impl DepthConvention {
             ));
         }
         Ok(reading)
+    }
+
+    /// Writes the vergences of the samples of `row` to `out`.
+    fn read_row(&self, samples: &[f32], row: usize, out: &mut [f32]) -> Result<RowCounts> {
+        let mut counts = RowCounts::default();
+        for (column, (&value, out)) in samples.iter().zip(out).enumerate() {
+            let normalised = matches!(self, Self::FarOne { .. } | Self::FarZero { .. });
+            if normalised && !(0.0..=1.0).contains(&value) {
+                counts.outside += 1;
+            }
+            match self.sample(f64::from(value)) {
+                Sample::Metres(m) => {
+                    let (near, far) = counts.range_m.unwrap_or((m, m));
+                    counts.range_m = Some((near.min(m), far.max(m)));
+                    *out = (1.0 / m) as f32;
+                }
+                Sample::Infinity => counts.infinite += 1,
+                Sample::Empty => counts.empty += 1,
+                Sample::Invalid => {
+                    return Err(Error::new(
+                        format!("pixel ({column}, {row})"),
+                        format!("is {value}"),
+                        "give every pixel a depth; the background may be at infinity",
+                    ));
+                }
+            }
+        }
+        Ok(counts)
     }
 
     fn sample(&self, value: f64) -> Sample {

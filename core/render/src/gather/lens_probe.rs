@@ -123,14 +123,17 @@ impl LensProbe<'_> {
     /// A lens that cannot be drawn at some point.
     pub(super) fn reach(&self, size: Size) -> Result<i32> {
         const STEPS: usize = 8;
-        let (mut farthest, mut found) = (0.0_f64, Vec::new());
-        for y in 0..=STEPS {
+        let share = |size: usize, k: usize| size as f64 * k as f64 / STEPS as f64;
+        let of_row = |y: usize| {
+            let (mut farthest, mut found) = (0.0_f64, Vec::new());
             for x in 0..=STEPS {
-                let share = |size: usize, k: usize| size as f64 * k as f64 / STEPS as f64;
                 let at = (share(size.width, x), share(size.height, y));
                 farthest = farthest.max(self.reach_at(at, &mut found)?);
             }
-        }
+            Ok(farthest)
+        };
+        let rows = (0..=STEPS).into_par_iter().map(of_row);
+        let farthest = rows.try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
         Ok((1.05 * farthest).ceil() as i32 + 2)
     }
 

@@ -47,7 +47,10 @@ impl ScatterPass<'_> {
         // What is done with is dropped at once: all of it is several times the plate.
         while let Some(level) = self.levels.pop() {
             let index = self.levels.len();
-            let mut images = vec![Image::zeros(level.reached); self.mix_of.len()];
+            // Each is allocated as zeros, which the system gives page by page once they are written; clones would be copied.
+            let mut images: Vec<Image> = (0..self.mix_of.len())
+                .map(|_| Image::zeros(level.reached))
+                .collect();
             for wave in level.tiles.chunks(WAVE) {
                 self.add_wave(&level, wave, &mut images);
                 done += wave.len();
@@ -76,6 +79,8 @@ impl ScatterPass<'_> {
         let mixes = 0..self.mix_of.iter().max().map_or(0, |last| last + 1);
         let patches: Vec<Vec<Option<Image>>> = wave
             .par_iter()
+            // Light fills tiles unevenly.
+            .with_max_len(4)
             .map_init(BilinearFir::default, |fir, tile| {
                 let [left, top] = level.grid.first_pixel(*tile);
                 let take = |image| TileLight::take(image, left, top, side);

@@ -7,8 +7,9 @@ use super::plan::tile_within;
 use super::pyramid::downsample;
 use super::tile_grid::{GridIndex, TileGrid};
 use crate::Scene;
+use rayon::prelude::*;
 use seidel_optics::error::Result;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Side of the squares of the plate that share a level, px.
@@ -80,10 +81,8 @@ fn size_of(scene: &Scene) -> Size {
 
 impl SourceLevel {
     fn new(lens: &LensProbe, light: Vec<Image>, grid: TileGrid) -> Result<Self> {
-        let mut tiles = BTreeSet::new();
-        for image in &light {
-            add_lit_tiles(&image.view(), grid.tile as i32, grid.origin, &mut tiles);
-        }
+        let views: Vec<View> = light.iter().map(Image::view).collect();
+        let tiles = lit_tiles(&views, grid.tile as i32, grid.origin);
         let corners = tiles.iter().flat_map(|tile: &GridIndex| tile.corners());
         let kernels = source_kernels(lens, &grid, &corners.collect())?;
         let reached = reached(&grid, &tiles, &kernels);
@@ -97,7 +96,30 @@ impl SourceLevel {
     }
 }
 
-/// Adds the tiles of `side` pixels in which `image` is not zero; the first tile begins at `origin`.
+/// Returns the tiles of `side` pixels in which any of `images` is not zero; the first tile begins at `origin`.
+fn lit_tiles(images: &[View], side: i32, origin: [i32; 2]) -> BTreeSet<GridIndex> {
+    let bands = images.par_iter().flat_map(|image| {
+        let bands = image.samples.par_chunks(image.width.max(1) * BAND);
+        bands.enumerate().map(|(band, samples)| {
+            let mut tiles = BTreeSet::new();
+            let part = View {
+                top: image.top + (band * BAND) as i32,
+                samples,
+                ..*image
+            };
+            add_lit_tiles(&part, side, origin, &mut tiles);
+            tiles
+        })
+    });
+    bands.reduce(BTreeSet::new, |mut all, mut part| {
+        all.append(&mut part);
+        all
+    })
+}
+
+/// Rows that one thread searches for light.
+const BAND: usize = 64;
+
 fn add_lit_tiles(image: &View, side: i32, origin: [i32; 2], tiles: &mut BTreeSet<GridIndex>) {
     let (left, top) = (image.left - origin[0], image.top - origin[1]);
     for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
@@ -167,32 +189,27 @@ impl LevelSquares {
         let before = scene.place_in_cell(SQUARE);
         let columns = (size.width + before[0]).div_ceil(SQUARE);
         let rows = (size.height + before[1]).div_ceil(SQUARE);
-        let mut lit = BTreeSet::new();
-        for plane in planes {
-            let origin = before.map(|px| -(px as i32));
-            add_lit_tiles(plane, SQUARE as i32, origin, &mut lit);
-        }
+        let lit = lit_tiles(planes, SQUARE as i32, before.map(|px| -(px as i32)));
         let narrowest = lens.tolerance.min_sigma_for(lens.model);
         let most = (0..=COARSEST).rev().find(|level| {
             let tile = lens.tolerance.min_tile_for(lens.model);
             tile << level <= sides.at(*level)
         });
         // Up to four squares share a corner.
-        let mut known: Vec<Option<f64>> = vec![None; (columns + 1) * (rows + 1)];
-        let mut sigma_at = |row: usize, column: usize| {
-            *known[row * (columns + 1) + column].get_or_insert_with(|| {
-                let x = first_pixel(column, before[0], size.width);
-                let y = first_pixel(row, before[1], size.height);
-                lens.min_sigma((x as f64, y as f64))
-            })
+        let corners: BTreeSet<GridIndex> = lit.iter().flat_map(|square| square.corners()).collect();
+        let sigma_at = |corner: &GridIndex| {
+            let x = first_pixel(corner.column as usize, before[0], size.width);
+            let y = first_pixel(corner.row as usize, before[1], size.height);
+            (*corner, lens.min_sigma((x as f64, y as f64)))
         };
+        let corners: Vec<GridIndex> = corners.into_iter().collect();
+        let sigmas: BTreeMap<GridIndex, f64> = corners.par_iter().map(sigma_at).collect();
         let level_of = |index: usize| {
-            let (row, column) = (index / columns, index % columns);
-            if !lit.contains(&GridIndex::new(row as i32, column as i32)) {
+            let square = GridIndex::new((index / columns) as i32, (index % columns) as i32);
+            if !lit.contains(&square) {
                 return None;
             }
-            let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];
-            let sigmas = corners.map(|(y, x)| sigma_at(row + y, column + x));
+            let sigmas = square.corners().map(|corner| sigmas[&corner]);
             let sigma = sigmas.into_iter().fold(f64::INFINITY, f64::min);
             let level = (sigma / narrowest).log2().floor().max(0.0) as u32;
             Some(level.min(most.unwrap_or(0)))
@@ -226,8 +243,9 @@ impl LevelSquares {
             width: across.len(),
             height: down.len(),
         });
-        let lines = part.samples.chunks_exact_mut(across.len().max(1));
-        for (y, out) in down.zip(lines) {
+        let lines = part.samples.par_chunks_exact_mut(across.len().max(1));
+        lines.enumerate().for_each(|(line, out)| {
+            let y = down.start + line;
             let row = (y + self.before[1]) / SQUARE;
             let line = &plane.samples[y * plane.width..][..plane.width];
             for column in columns.clone() {
@@ -237,7 +255,7 @@ impl LevelSquares {
                     out[to].copy_from_slice(&line[square]);
                 }
             }
-        }
+        });
         part
     }
 

@@ -111,7 +111,7 @@ impl Compositor {
         Self {
             window,
             plate_width,
-            rows: (0..height).map(|_| row()).collect(),
+            rows: (0..height).into_par_iter().map(|_| row()).collect(),
             presence_of,
             mix_of,
         }
@@ -148,16 +148,22 @@ impl Compositor {
 
     /// Returns the composited planes.
     pub(super) fn finish(self) -> Vec<Vec<f32>> {
-        let Self { rows, mix_of, .. } = self;
+        let Self {
+            window,
+            rows,
+            mix_of,
+            ..
+        } = self;
         let plane = |(index, &mix): (usize, &usize)| {
-            let row = |row: &Row| {
-                let used = row.mixes[mix].used();
-                let pairs = row.planes[index].iter().zip(used);
-                pairs
-                    .map(|(light, used)| if used > 0.0 { light / used } else { 0.0 })
-                    .collect::<Vec<_>>()
-            };
-            rows.par_iter().flat_map_iter(row).collect()
+            let mut plane = vec![0.0; window.width * window.height];
+            let lines = plane.par_chunks_mut(window.width).zip(&rows);
+            lines.for_each(|(out, row)| {
+                let light = row.planes[index].iter().zip(row.mixes[mix].used());
+                for (out, (light, used)) in out.iter_mut().zip(light) {
+                    *out = if used > 0.0 { light / used } else { 0.0 };
+                }
+            });
+            plane
         };
         mix_of.iter().enumerate().map(plane).collect()
     }

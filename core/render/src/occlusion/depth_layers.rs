@@ -6,6 +6,7 @@
 //! as the limits below allow.
 
 use crate::{Displacement, Scene};
+use rayon::prelude::*;
 use seidel_optics::field::{FieldPoint, ImagePoint};
 
 /// Largest change of kernel size from one layer to the next, as a share of the size.
@@ -218,19 +219,19 @@ impl<'a> Probes<'a> {
             ..
         } = *self.scene;
         let channels = lens.channel_count();
-        let mut kernels = Vec::with_capacity(channels * self.fields.len());
-        for &field in &self.fields {
-            let placed =
-                (0..channels).map(|channel| lens.unclamped_blur_at(channel, field, vergence));
-            let first = kernels.len();
-            kernels.extend(placed.map(|placed| {
-                let moments = placed.blur.moments;
-                let size = |variance: f64| 2.0 * variance.max(0.0).sqrt() * map.scale;
-                let (x, y) = placed.displacement_px;
-                let shift = [x * map.scale, y * map.scale];
-                [size(moments.mu20), size(moments.mu02), shift[0], shift[1]]
-            }));
-            keep_displacement(displacement, &mut kernels[first..]);
+        let kernel = |index: usize| {
+            let field = self.fields[index / channels];
+            let placed = lens.unclamped_blur_at(index % channels, field, vergence);
+            let moments = placed.blur.moments;
+            let size = |variance: f64| 2.0 * variance.max(0.0).sqrt() * map.scale;
+            let (x, y) = placed.displacement_px;
+            let shift = [x * map.scale, y * map.scale];
+            [size(moments.mu20), size(moments.mu02), shift[0], shift[1]]
+        };
+        let count = channels * self.fields.len();
+        let mut kernels: Vec<[f64; 4]> = (0..count).into_par_iter().map(kernel).collect();
+        for of_field in kernels.chunks_exact_mut(channels.max(1)) {
+            keep_displacement(displacement, of_field);
         }
         Kernels(kernels)
     }

@@ -75,13 +75,17 @@ pub(super) fn hidden_samples(
             pyramid: cell_pyramid::build(input, origin, &band, levels),
         }
     };
-    let grids = GRID_SHIFTS_PX.map(grid);
+    let build_grids = || -> Vec<CellGrid> { GRID_SHIFTS_PX.into_par_iter().map(grid).collect() };
+    // The distances take one thread.
+    let (grids, distance) = rayon::join(build_grids, || EdgeDistance::new(&band, input.width));
     let edges = NearbyEdges {
-        distance: EdgeDistance::new(&band, input.width),
+        distance,
         largest_size: largest,
     };
     (0..input.height)
         .into_par_iter()
+        // Edges may lie in few rows.
+        .with_max_len(8)
         .map(|row| goes_on().then(|| hidden_row(input, layers, &grids, &edges, row)))
         .collect()
 }

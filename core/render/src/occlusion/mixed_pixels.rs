@@ -170,10 +170,52 @@ fn edge_pixels(input: &LayeredPlate) -> Vec<Option<EdgePixel>> {
             purity: of_own / all,
         })
     };
-    (0..input.coordinates.len())
-        .into_par_iter()
-        .map(edge)
-        .collect()
+    let (width, height) = (input.width, input.height);
+    let mut edges = vec![None; width * height];
+    let rows = edges.par_chunks_mut(width.max(1)).enumerate();
+    rows.for_each_init(RowSpans::default, |spans, (row, out)| {
+        spans.measure(input, row);
+        for (column, out) in out.iter_mut().enumerate() {
+            if spans.about(column) > JUMP {
+                *out = edge(row * width + column);
+            }
+        }
+    });
+    edges
+}
+
+/// The least and the largest layer coordinate in each column of the three rows about one.
+#[derive(Default)]
+struct RowSpans {
+    least: Vec<f32>,
+    largest: Vec<f32>,
+}
+
+impl RowSpans {
+    fn measure(&mut self, input: &LayeredPlate, row: usize) {
+        let line = |row: usize| &input.coordinates[row * input.width..][..input.width];
+        for spans in [&mut self.least, &mut self.largest] {
+            spans.clear();
+            spans.extend_from_slice(line(row));
+        }
+        for other in [row.saturating_sub(1), (row + 1).min(input.height - 1)] {
+            for (least, value) in self.least.iter_mut().zip(line(other)) {
+                *least = if *value < *least { *value } else { *least };
+            }
+            for (largest, value) in self.largest.iter_mut().zip(line(other)) {
+                *largest = if *value > *largest { *value } else { *largest };
+            }
+        }
+    }
+
+    /// Returns the span of the nine coordinates about a column.
+    fn about(&self, column: usize) -> f32 {
+        let columns = column.saturating_sub(1)..(column + 2).min(self.least.len());
+        let least = self.least[columns.clone()].iter();
+        let largest = self.largest[columns].iter();
+        largest.fold(f32::NEG_INFINITY, |a, b| a.max(*b))
+            - least.fold(f32::INFINITY, |a, b| a.min(*b))
+    }
 }
 
 /// The estimated coverage of a pixel at a jump.

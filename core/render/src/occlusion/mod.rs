@@ -210,10 +210,10 @@ impl LayeredRenderer<'_> {
         window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
-        let fold = |start: f32, pick: fn(f32, f32) -> f32| pass.iter().copied().fold(start, pick);
+        let all = || pass.par_iter().copied();
         let (mut least, mut largest) = (
-            f64::from(fold(f32::INFINITY, f32::min)),
-            f64::from(fold(f32::NEG_INFINITY, f32::max)),
+            f64::from(all().reduce(|| f32::INFINITY, f32::min)),
+            f64::from(all().reduce(|| f32::NEG_INFINITY, f32::max)),
         );
         if let Some(background) = &self.settings.background {
             let (low, high) = background.vergence_range();

@@ -13,7 +13,7 @@ use super::codec::{Compressing, read_exr, write_exr};
 use super::compression::{ExrCompression, is_lossy};
 use super::library_types::window;
 use super::placeholders::{replace_key_codes, replace_standard_names};
-use super::samples::{full_level, keep_full_level, overwrite, sample_type};
+use super::samples::{as_floats, full_level, keep_full_level, overwrite, sample_type};
 use super::selection::ChannelPlace;
 use crate::error::{FileError, Result};
 use crate::input::InputFile;
@@ -268,13 +268,7 @@ impl ExrImage {
     /// Returns the samples of a channel as floats, row-major over its data window. Unsigned integers above 2^24 are
     /// rounded.
     pub fn samples(&self, id: ChannelId) -> Vec<f32> {
-        match full_level(&self.channel(id).sample_data) {
-            Some(FlatSamples::F16(samples)) => samples.iter().map(|s| s.to_f32()).collect(),
-            Some(FlatSamples::F32(samples)) => samples.clone(),
-            #[allow(clippy::cast_precision_loss)]
-            Some(FlatSamples::U32(samples)) => samples.iter().map(|&s| s as f32).collect(),
-            None => Vec::new(),
-        }
+        full_level(&self.channel(id).sample_data).map_or_else(Vec::new, as_floats)
     }
 
     /// Returns the sample format that represents all of the given channels: half or float.

@@ -3,6 +3,8 @@
 use exr::image::{FlatSamples, Levels};
 use exr::meta::attribute::SampleType;
 use half::f16;
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
 
 /// Returns the samples of full resolution.
 pub(super) fn full_level(levels: &Levels<FlatSamples>) -> Option<&FlatSamples> {
@@ -35,6 +37,24 @@ pub(super) fn sample_type(samples: &FlatSamples) -> SampleType {
     }
 }
 
+/// Samples that one thread converts at a time.
+const CHUNK: usize = 1 << 16;
+
+/// Returns samples as floats. Unsigned integers above 2^24 are rounded.
+pub(super) fn as_floats(samples: &FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F16(samples) => {
+            let mut out = vec![0.0; samples.len()];
+            let chunks = out.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK));
+            chunks.for_each(|(out, samples)| samples.convert_to_f32_slice(out));
+            out
+        }
+        FlatSamples::F32(samples) => samples.clone(),
+        #[allow(clippy::cast_precision_loss)]
+        FlatSamples::U32(samples) => samples.par_iter().map(|&s| s as f32).collect(),
+    }
+}
+
 /// Overwrites `to` with `from`, converted to the type of `to`. Returns how many finite samples were clipped.
 pub(super) fn overwrite(to: &mut FlatSamples, from: &[f32]) -> usize {
     match to {
@@ -42,28 +62,38 @@ pub(super) fn overwrite(to: &mut FlatSamples, from: &[f32]) -> usize {
             to.copy_from_slice(from);
             0
         }
-        FlatSamples::F16(to) => {
-            let mut clipped = 0;
-            for (to, &from) in to.iter_mut().zip(from) {
-                let half = f16::from_f32(from);
-                *to = if half.is_infinite() {
-                    clipped += usize::from(from.is_finite());
-                    if from > 0.0 { f16::MAX } else { f16::MIN }
-                } else {
-                    half
-                };
+        FlatSamples::F16(to) => overwrite_each(to, from, |from| {
+            let half = f16::from_f32(from);
+            if half.is_infinite() {
+                let limit = if from > 0.0 { f16::MAX } else { f16::MIN };
+                (limit, from.is_finite())
+            } else {
+                (half, false)
             }
-            clipped
-        }
-        FlatSamples::U32(to) => {
-            let mut clipped = 0;
-            for (to, &from) in to.iter_mut().zip(from) {
-                let rounded = from.round();
-                clipped += usize::from(rounded < 0.0 || rounded >= u32::MAX as f32);
-                // A cast from float saturates and turns NaN into 0.
-                *to = rounded as u32;
-            }
-            clipped
-        }
+        }),
+        FlatSamples::U32(to) => overwrite_each(to, from, |from| {
+            let rounded = from.round();
+            // A cast from float saturates and turns NaN into 0.
+            (rounded as u32, rounded < 0.0 || rounded >= u32::MAX as f32)
+        }),
     }
+}
+
+/// Overwrites `to` with what `convert` returns for each of `from`; returns the number of those for which it also returns true.
+fn overwrite_each<T: Send>(
+    to: &mut [T],
+    from: &[f32],
+    convert: impl Fn(f32) -> (T, bool) + Sync,
+) -> usize {
+    let chunks = to.par_chunks_mut(CHUNK).zip(from.par_chunks(CHUNK));
+    let clipped = chunks.map(|(to, from)| {
+        let mut clipped = 0;
+        for (to, from) in to.iter_mut().zip(from) {
+            let (value, is_clipped) = convert(*from);
+            *to = value;
+            clipped += usize::from(is_clipped);
+        }
+        clipped
+    });
+    clipped.sum()
 }

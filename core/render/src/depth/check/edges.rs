@@ -4,6 +4,7 @@
 
 use super::super::DepthConvention;
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
+use rayon::prelude::*;
 
 /// Coverages at which the product differs clearly from the surface's depth.
 const PARTIAL: std::ops::RangeInclusive<f32> = 0.15..=0.85;
@@ -54,8 +55,7 @@ impl EdgeCounts {
 
 /// Counts partly covered pixels beside a covered one; the depth of products is its depth times their alpha.
 fn against_alpha(check: &DepthCheck, alpha: &[f32]) -> EdgeCounts {
-    let mut counts = EdgeCounts::default();
-    for row in 0..check.height {
+    counts_of_rows(check, |counts, row| {
         for column in 0..check.width {
             let index = row * check.width + column;
             let (depth, cover) = (check.samples[index], alpha[index]);
@@ -68,8 +68,20 @@ fn against_alpha(check: &DepthCheck, alpha: &[f32]) -> EdgeCounts {
             counts.pixels += 1;
             counts.products += usize::from((depth / surface - cover).abs() < CLOSE);
         }
-    }
-    counts
+    })
+}
+
+/// Returns the sum of what `add` counts in each row.
+fn counts_of_rows(check: &DepthCheck, add: impl Fn(&mut EdgeCounts, usize) + Sync) -> EdgeCounts {
+    let rows = (0..check.height).into_par_iter();
+    let counts = rows.fold(EdgeCounts::default, |mut counts, row| {
+        add(&mut counts, row);
+        counts
+    });
+    counts.reduce(EdgeCounts::default, |a, b| EdgeCounts {
+        pixels: a.pixels + b.pixels,
+        products: a.products + b.products,
+    })
 }
 
 /// Returns the depth of the nearest covered pixel within reach.
@@ -93,16 +105,18 @@ fn surface_beside(check: &DepthCheck, alpha: &[f32], column: usize, row: usize) 
 /// Counts pixels between an empty one and a smooth surface; products with an unknown coverage lie clearly in front of
 /// it.
 fn against_empty(check: &DepthCheck) -> EdgeCounts {
-    let mut counts = EdgeCounts::default();
-    let mut look = |empty: f32, edge: f32, inner: f32, deep: f32| {
-        let smooth = (inner / deep - 1.0).abs() < CLOSE / 2.0;
-        let ratio = edge / inner;
-        if empty == 0.0 && edge != 0.0 && inner != 0.0 && smooth && ratio.is_finite() {
-            counts.pixels += 1;
-            counts.products += usize::from((CLOSE..1.0 - CLOSE).contains(&ratio));
-        }
-    };
-    for row in 0..check.height {
+    counts_of_rows(check, |counts, row| {
+        let mut look = |empty: f32, edge: f32, inner: f32, deep: f32| {
+            if empty != 0.0 || edge == 0.0 || inner == 0.0 {
+                return;
+            }
+            let smooth = (inner / deep - 1.0).abs() < CLOSE / 2.0;
+            let ratio = edge / inner;
+            if smooth && ratio.is_finite() {
+                counts.pixels += 1;
+                counts.products += usize::from((CLOSE..1.0 - CLOSE).contains(&ratio));
+            }
+        };
         for column in 0..check.width {
             if column + 3 < check.width {
                 let [a, b, c, d] = std::array::from_fn(|k| check.sample(column + k, row));
@@ -115,6 +129,5 @@ fn against_empty(check: &DepthCheck) -> EdgeCounts {
                 look(d, c, b, a);
             }
         }
-    }
-    counts
+    })
 }

@@ -78,16 +78,19 @@ impl DepthCheck<'_> {
         if let Some(finding) = picture::colour(self) {
             return Ok(vec![finding]);
         }
-        let mut findings = Vec::new();
         // Each of these makes the next meaningless: normalised numbers bend planes, and values of another
         // convention have no unit.
-        let meaning = values::normalised(self)
-            .or_else(|| planes::wrong_reading(self))
-            .or_else(|| values::unit(self));
-        findings.extend(meaning);
-        findings.extend(edges::filtered(self));
-        findings.extend(picture::misplaced(self));
-        findings.extend(values::quantised(self));
+        let meaning = || {
+            values::normalised(self)
+                .or_else(|| planes::wrong_reading(self))
+                .or_else(|| values::unit(self))
+        };
+        let ((meaning, filtered), (misplaced, quantised)) = rayon::join(
+            || rayon::join(meaning, || edges::filtered(self)),
+            || rayon::join(|| picture::misplaced(self), || values::quantised(self)),
+        );
+        let found = [meaning, filtered, misplaced, quantised];
+        let mut findings: Vec<DepthFinding> = found.into_iter().flatten().collect();
         findings.sort_by_key(|f| f.severity != Severity::Warning);
         Ok(findings)
     }

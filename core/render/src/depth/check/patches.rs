@@ -4,7 +4,8 @@
 //! point (x, y). On every plane the inverse of distance along the axis is therefore linear in image coordinates. The
 //! right reading makes planes linear, a wrong one gives them a quadratic part, the *bend*.
 
-use std::rc::Rc;
+use rayon::prelude::*;
+use std::sync::Arc;
 
 use super::DepthCheck;
 use seidel_optics::numeric::dot;
@@ -50,7 +51,7 @@ pub(super) struct Patch {
 /// A smooth patch of the pass, for any perspective.
 #[derive(Debug, Clone)]
 pub(super) struct Sampled {
-    basis: Rc<Basis>,
+    basis: Arc<Basis>,
     /// Reciprocals of the distance in the stated convention.
     w: Vec<f64>,
     /// Squared distances from the axis, pixel widths squared.
@@ -96,26 +97,28 @@ pub(super) fn patches(check: &DepthCheck) -> Vec<Sampled> {
             continue;
         }
         let side = count * stride;
-        let basis = Rc::new(Basis::new(count));
-        for top in (0..=check.height - side).step_by(side) {
-            for left in (0..=check.width - side).step_by(side) {
-                let grid = Grid {
-                    left,
-                    top,
-                    stride,
-                    count,
-                };
-                found.extend(grid.patch(check, &basis, farthest));
-            }
-        }
+        let basis = Arc::new(Basis::new(count));
+        let columns = check.width / side;
+        let patch = |index: usize| {
+            let grid = Grid {
+                left: index % columns * side,
+                top: index / columns * side,
+                stride,
+                count,
+            };
+            grid.patch(check, &basis, farthest)
+        };
+        let places = 0..columns * (check.height / side);
+        let patches: Vec<Sampled> = places.into_par_iter().filter_map(patch).collect();
+        found.extend(patches);
     }
     found
 }
 
 /// Returns the smallest vergence above zero.
 fn farthest_vergence(vergence: &[f32]) -> f32 {
-    let finite = vergence.iter().copied().filter(|v| *v > 0.0);
-    finite.fold(f32::INFINITY, f32::min)
+    let finite = vergence.par_iter().copied().filter(|v| *v > 0.0);
+    finite.reduce(|| f32::INFINITY, f32::min)
 }
 
 /// The positions of a patch's samples.
@@ -129,7 +132,7 @@ struct Grid {
 impl Grid {
     /// Samples the patch; `None` where some pixel has no distance, at edges, and in a constant background, which is
     /// planar in any convention.
-    fn patch(&self, check: &DepthCheck, basis: &Rc<Basis>, farthest: f64) -> Option<Sampled> {
+    fn patch(&self, check: &DepthCheck, basis: &Arc<Basis>, farthest: f64) -> Option<Sampled> {
         let (w, off_axis) = self.read(check)?;
         let flat = w.iter().all(|v| (v / w[0] - 1.0).abs() < 1e-6);
         if flat && w[0] <= 1.01 * farthest {
@@ -138,7 +141,7 @@ impl Grid {
         let over: Vec<f64> = w.iter().map(|w| 1.0 / w).collect();
         let plain = [basis.bend(&w)?, basis.bend(&over)?];
         Some(Sampled {
-            basis: Rc::clone(basis),
+            basis: Arc::clone(basis),
             w,
             off_axis,
             plain,

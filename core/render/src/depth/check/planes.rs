@@ -3,6 +3,7 @@
 use super::finding::{along_ray_remedy, inversion_remedy};
 use super::patches::{Patch, READINGS, Reading, Sampled, patches};
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
+use rayon::prelude::*;
 
 /// Largest ratio of the curvature under the winning reading to that under the losing one.
 const FLATTER: f64 = 0.2;
@@ -60,9 +61,9 @@ pub(super) fn wrong_reading(check: &DepthCheck) -> Option<DepthFinding> {
     let sampled = SampledPatches { bent, flat };
     let near = check.view.focal_px.and_then(|f| {
         let nearby = [1.0, 0.85, 1.18].map(|factor| factor * f);
-        best(&sampled, nearby, Perspective::Known)
+        best(&sampled, &nearby, Perspective::Known)
     });
-    near.or_else(|| best(&sampled, perspectives(check), Perspective::Searched))?
+    near.or_else(|| best(&sampled, &perspectives(check), Perspective::Searched))?
         .finding(check)
 }
 
@@ -88,23 +89,22 @@ impl SampledPatches {
     fn verdict(&self, focal_px: f64, perspective: Perspective) -> Option<Verdict> {
         let at_focal_length = |patch: &Sampled| patch.at_focal_length(focal_px);
         let mut votes = Votes::default();
-        votes.add(self.bent.iter().filter_map(at_focal_length));
+        votes.add(self.bent.par_iter().filter_map(at_focal_length).collect());
         // The others vote against other readings alone: mostly they need not be asked.
         votes.verdict(perspective, focal_px)?;
-        votes.add(self.flat.iter().filter_map(at_focal_length));
+        votes.add(self.flat.par_iter().filter_map(at_focal_length).collect());
         votes.verdict(perspective, focal_px)
     }
 }
 
 /// Returns the verdict with the most votes over several focal lengths.
-fn best(
-    sampled: &SampledPatches,
-    focal_px: impl IntoIterator<Item = f64>,
-    perspective: Perspective,
-) -> Option<Verdict> {
-    let verdicts = (focal_px.into_iter()).filter_map(|f| sampled.verdict(f, perspective));
+fn best(sampled: &SampledPatches, focal_px: &[f64], perspective: Perspective) -> Option<Verdict> {
+    let verdicts = focal_px
+        .par_iter()
+        .map(|f| sampled.verdict(*f, perspective));
+    let verdicts: Vec<Option<Verdict>> = verdicts.collect();
     // The first of equals: the focal length as given.
-    verdicts.reduce(|best, next| {
+    verdicts.into_iter().flatten().reduce(|best, next| {
         if next.patches > best.patches {
             next
         } else {
@@ -114,10 +114,11 @@ fn best(
 }
 
 /// Returns focal lengths for half fields from 60 to 7 degrees, px.
-fn perspectives(check: &DepthCheck) -> impl Iterator<Item = f64> + use<> {
+fn perspectives(check: &DepthCheck) -> Vec<f64> {
     let half = check.width as f64 / 2.0;
     std::iter::successors(Some(0.58 * half), |f| Some(1.15 * f))
-        .take_while(move |f| *f < 8.2 * half)
+        .take_while(|f| *f < 8.2 * half)
+        .collect()
 }
 
 /// The votes of patches between each pair of readings.
@@ -139,7 +140,7 @@ struct Verdict {
 
 impl Votes {
     /// Counts the votes of `patches`.
-    fn add(&mut self, patches: impl Iterator<Item = Patch>) {
+    fn add(&mut self, patches: Vec<Patch>) {
         for patch in patches {
             let bent = |k: usize| is_bent(patch.bend[k], patch.noise[k]);
             for winner in 0..READINGS.len() {

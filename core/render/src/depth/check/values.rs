@@ -3,6 +3,7 @@
 use super::super::DepthConvention;
 use super::finding::distance_span;
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
+use rayon::prelude::*;
 use seidel_optics::numeric::median;
 
 /// Share of pixels ignored at each end of a range.
@@ -30,7 +31,7 @@ const MIN_FILLED: f64 = 0.001;
 /// Finds passes that are empty or constant.
 pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     let mut depths = check.vergence.iter().zip(check.samples);
-    let filled = check.vergence.iter().filter(|v| **v > 0.0).count();
+    let filled = check.vergence.par_iter().filter(|v| **v > 0.0).count();
     let share = filled as f64 / check.vergence.len() as f64;
     if share < MIN_FILLED {
         return Some(DepthFinding {
@@ -55,17 +56,14 @@ pub(super) fn normalised(check: &DepthCheck) -> Option<DepthFinding> {
     let DepthConvention::Distance { metres_per_unit } = check.convention else {
         return None;
     };
-    let (least, largest) = check
-        .samples
-        .iter()
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| {
-            (low.min(*v), high.max(*v))
-        });
+    let all = || check.samples.par_iter().copied();
+    let least = all().reduce(|| f32::INFINITY, f32::min);
+    let largest = all().reduce(|| f32::NEG_INFINITY, f32::max);
     let fills = (0.0..=0.05).contains(&least) && (0.98..=1.0).contains(&largest);
-    let filled = check.vergence.iter().filter(|v| **v > 0.0).count() as f64;
-    let ends = check.samples.iter().filter(|v| **v == 1.0).count() as f64;
+    let filled = || check.vergence.par_iter().filter(|v| **v > 0.0).count() as f64;
+    let ends = || check.samples.par_iter().filter(|v| **v == 1.0).count() as f64;
     // A background at exactly 1 is the far end of a normalised range.
-    let far_fill = (0.0..1.0).contains(&least) && largest == 1.0 && ends > 0.01 * filled;
+    let far_fill = (0.0..1.0).contains(&least) && largest == 1.0 && ends() > 0.01 * filled();
     // A user who states another unit than metres knows the numbers.
     (metres_per_unit == 1.0 && (fills || far_fill)).then(|| DepthFinding {
         problem: DepthProblem::Normalised {
@@ -170,22 +168,22 @@ struct SceneRange {
 
 /// Returns the distances of a scene; `None` if no pixel has one.
 fn scene_range(vergence: &[f32]) -> Option<SceneRange> {
-    let mut sorted: Vec<f32> = vergence.iter().copied().filter(|v| *v > 0.0).collect();
-    sorted.sort_by(f32::total_cmp);
-    let farthest = *sorted.first()?;
-    let fill = sorted.partition_point(|v| *v <= farthest);
-    let scene = &sorted[if fill * 100 > sorted.len() && fill < sorted.len() {
-        fill
-    } else {
-        0
-    }..];
+    let filled = || vergence.par_iter().copied().filter(|v| *v > 0.0);
+    let farthest = filled().reduce(|| f32::INFINITY, f32::min);
+    let mut scene: Vec<f32> = filled().filter(|v| *v > farthest).collect();
+    // A value that many pixels share is that of a constant background.
+    let fill = filled().count() - scene.len();
+    if fill * 100 <= scene.len() + fill || scene.is_empty() {
+        scene.extend(std::iter::repeat_n(farthest, fill));
+    }
+    let last = scene.len().checked_sub(1)?;
     let tail = (TAIL * scene.len() as f64) as usize;
-    let metres = |v: f32| 1.0 / f64::from(v);
-    let last = scene.len() - 1;
+    let mut metres =
+        |rank: usize| 1.0 / f64::from(*scene.select_nth_unstable_by(rank, f32::total_cmp).1);
     Some(SceneRange {
-        near_m: metres(scene[last - tail]),
-        median_m: metres(scene[last / 2]),
-        far_m: metres(scene[tail]),
+        near_m: metres(last - tail),
+        median_m: metres(last / 2),
+        far_m: metres(tail),
     })
 }
 

@@ -149,17 +149,21 @@ impl<'a> SmallLights<'a> {
             }
             cells
         };
-        let blocks: Vec<_> = highlights.iter().map(of_block).collect();
-        for lights in blocks.iter().flatten() {
-            for (&(column, row), excess) in lights.pixels.iter().zip(lights.excess.chunks(count)) {
-                for (plane, excess) in rest.iter_mut().zip(excess) {
-                    if *excess != 0.0 {
-                        let left = &mut plane.to_mut()[row * input.width + column];
-                        *left = (*left - excess).max(left.min(0.0));
+        let blocks: Vec<_> = highlights.par_iter().map(of_block).collect();
+        rest.par_iter_mut()
+            .take(count)
+            .enumerate()
+            .for_each(|(plane, rest)| {
+                for lights in blocks.iter().flatten() {
+                    let excess = lights.excess.chunks(count).map(|excess| excess[plane]);
+                    for (&(column, row), excess) in lights.pixels.iter().zip(excess) {
+                        if excess != 0.0 {
+                            let left = &mut rest.to_mut()[row * input.width + column];
+                            *left = (*left - excess).max(left.min(0.0));
+                        }
                     }
                 }
-            }
-        }
+            });
         Self {
             rest,
             blocks,
