@@ -5,6 +5,8 @@
 
 mod radial;
 
+pub(super) use radial::{Directions, SlopesAlong};
+
 use super::ReducedNumbers;
 use crate::field::{FieldPoint, Meridian};
 

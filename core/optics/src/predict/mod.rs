@@ -186,11 +186,12 @@ impl BlurField for Predictor {
             }
             Channels::Pupil(channels) => {
                 let channel = &channels[channel];
+                let (moments, pupil) = channel.moments_and_pupil_at(at, vergence_per_m);
                 DisplacedBlur {
                     blur: LocalBlur {
-                        moments: channel.moments_at(at, vergence_per_m),
+                        moments,
                         meridian: at.meridian(),
-                        pupil: Some(channel.pupil_at(at, vergence_per_m)),
+                        pupil: Some(pupil),
                         pixel_aspect: 1.0,
                     },
                     displacement_px: channel.displacement_at(at, vergence_per_m, unit),

@@ -194,13 +194,29 @@ impl PupilChannel {
     ///
     /// Uses the closed form if there are no effects, otherwise quadrature.
     pub fn moments_at(&self, at: FieldPoint, v: f64) -> CentralMoments {
-        if self.effects.is_empty() && self.added.is_empty() && self.picture.is_none() {
+        self.closed_form_moments(at, v)
+            .unwrap_or_else(|| self.pupil_at(at, v).moments().0)
+    }
+
+    /// Returns the moments as [`PupilChannel::moments_at`], and the pupil.
+    pub(crate) fn moments_and_pupil_at(
+        &self,
+        at: FieldPoint,
+        v: f64,
+    ) -> (CentralMoments, LocalPupil) {
+        let pupil = self.pupil_at(at, v);
+        let moments = self.closed_form_moments(at, v);
+        (moments.unwrap_or_else(|| pupil.moments().0), pupil)
+    }
+
+    /// Returns the moments of a lens without effects.
+    fn closed_form_moments(&self, at: FieldPoint, v: f64) -> Option<CentralMoments> {
+        let is_plain = self.effects.is_empty() && self.added.is_empty() && self.picture.is_none();
+        is_plain.then(|| {
             let rays = self.numbers(v).coefficients().moments(at);
             let blur = self.blur_variance_px2.at(self.clamped(v)).max(0.0);
             rays.with_added_variance(blur)
-        } else {
-            self.pupil_at(at, v).moments().0
-        }
+        })
     }
 
     /// Returns whether defocus depends on vergence.

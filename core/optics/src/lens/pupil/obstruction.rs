@@ -1,6 +1,6 @@
 //! An opaque disc in the pupil, and the part of its shadow that lies within the stops.
 
-use super::quadrature::{Fan, Spoke, many_directions};
+use super::quadrature::{Fan, MORE_DIRECTIONS};
 use super::{LocalPupil, Stop};
 
 /// Smallest distance of the centre of a shadow from the edge of the pupil, in pupil radii, at which the pupil is a ring about it.
@@ -39,7 +39,8 @@ impl LocalPupil {
             let passes = rays.iter().any(|(_, u)| disc.depth(*u) <= 0.0);
             return passes.then_some(Shadow::Part(disc));
         }
-        let reaches = many_directions().map(|[cos, sin]| self.edge(disc.centre, cos, sin).0);
+        let directions = MORE_DIRECTIONS.vectors().iter();
+        let reaches = directions.map(|[cos, sin]| self.edge(disc.centre, *cos, *sin).0);
         let farthest = reaches.fold(0.0, f64::max);
         Some(Shadow::Ring(Stop {
             radius: disc.radius.min(LARGEST * farthest),
@@ -59,17 +60,15 @@ impl LocalPupil {
             }
             None => return self.fan_within_stops(),
         };
-        let spoke = |direction: [f64; 2]| {
-            let outer = self.edge(disc.centre, direction[0], direction[1]).0;
-            Spoke {
-                direction,
-                inner: disc.radius.min(outer),
-                outer,
-            }
-        };
+        let directions = MORE_DIRECTIONS.vectors().iter();
+        let outer: Vec<f64> = directions
+            .map(|[cos, sin]| self.edge(disc.centre, *cos, *sin).0)
+            .collect();
         Fan {
             centre: disc.centre,
-            spokes: many_directions().map(spoke).collect(),
+            directions: &MORE_DIRECTIONS,
+            inner: outer.iter().map(|outer| disc.radius.min(*outer)).collect(),
+            outer,
             dark: None,
         }
     }

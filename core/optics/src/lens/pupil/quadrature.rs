@@ -1,89 +1,86 @@
 //! Quadrature over a pupil: rays from a point of it outwards, and the moments of the light that they carry.
 
+use std::cell::RefCell;
 use std::sync::LazyLock;
 
 use super::{LocalPupil, PINHOLE_RADIUS, Stop, Transmission};
+use crate::lens::wavefront::{Directions, SlopesAlong};
 use crate::moments::CentralMoments;
 
 /// Directions of the quadrature: more than the exact integration of products of three slopes (degree 15) needs, for
 /// clipped pupils.
-const ANGLES: usize = 48;
-/// Directions for more than [`FEW_STOPS`] stops, whose common part has many corners.
-const MORE_ANGLES: usize = 120;
-/// Number of stops up to which [`ANGLES`] directions suffice.
+static FEW_DIRECTIONS: LazyLock<Directions> = LazyLock::new(|| Directions::new(48));
+/// Directions for more than [`FEW_STOPS`] stops, whose common part has many corners, and for a pupil with an obstruction.
+pub(super) static MORE_DIRECTIONS: LazyLock<Directions> = LazyLock::new(|| Directions::new(120));
+/// Number of stops up to which [`FEW_DIRECTIONS`] suffice.
 const FEW_STOPS: usize = 3;
 
-static FEW_DIRECTIONS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| directions(ANGLES));
-static MORE_DIRECTIONS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| directions(MORE_ANGLES));
-
-/// Returns the cosine and sine of `count` evenly spread directions.
-fn directions(count: usize) -> Vec<[f64; 2]> {
-    let angle = |k: usize| std::f64::consts::TAU * (k as f64 + 0.5) / count as f64;
-    let direction = |angle: f64| [angle.cos(), angle.sin()];
-    (0..count).map(|k| direction(angle(k))).collect()
-}
-
-/// Cosine and sine of the directions for a pupil with an obstruction.
-pub(super) fn many_directions() -> impl Iterator<Item = [f64; 2]> {
-    MORE_DIRECTIONS.iter().copied()
-}
+/// Terms that are summed side by side, in one vector of the processor; the number of directions is a multiple of it.
+const LANES: usize = 8;
 
 /// Rays for quadrature over a pupil, from a point of it outwards.
+#[derive(Clone)]
 pub(super) struct Fan {
     /// The point, pupil radii.
     pub(super) centre: [f64; 2],
-    pub(super) spokes: Vec<Spoke>,
+    pub(super) directions: &'static Directions,
+    /// Distances from the point between which rays lie, by direction.
+    pub(super) inner: Vec<f64>,
+    pub(super) outer: Vec<f64>,
     /// A disc whose rays are left out.
     pub(super) dark: Option<Stop>,
 }
 
-/// The rays of a fan in one direction, between two distances from its centre.
-pub(super) struct Spoke {
-    /// Cosine and sine.
-    pub(super) direction: [f64; 2],
-    pub(super) inner: f64,
-    pub(super) outer: f64,
-}
+impl Fan {
+    /// Writes the distance of the rays of one node of [`RADII`] from the centre, and their light where the transmission is one.
+    #[inline(always)]
+    fn ring(&self, (radius, weight): (f64, f64), distances: &mut [f64], light: &mut [f64]) {
+        let ends = self.inner.iter().zip(&self.outer);
+        for ((inner, outer), (r, light)) in ends.zip(distances.iter_mut().zip(light)) {
+            let ring = outer * outer - inner * inner;
+            *r = (inner * inner + ring * (radius * radius)).sqrt();
+            *light = weight * ring;
+        }
+    }
 
-impl Spoke {
-    /// Returns the distance of each ray from the centre, and its light where the transmission is one.
-    fn rays(&self) -> impl Iterator<Item = (f64, f64)> {
-        let inner = self.inner * self.inner;
-        let ring = self.outer * self.outer - inner;
-        RADII.iter().map(move |(radius, weight)| {
-            let r = if inner == 0.0 {
-                self.outer * radius
-            } else {
-                (inner + ring * radius * radius).sqrt()
-            };
-            (r, weight * ring)
+    /// Returns the light of each ray, and its pupil point. Rays in the dark have none.
+    fn all_rays(&self, transmission: &Transmission) -> impl Iterator<Item = (f64, [f64; 2])> {
+        let is_uniform = transmission.is_uniform();
+        let count = self.outer.len();
+        let [mut distances, mut light] = [0; 2].map(|_| vec![0.0; count]);
+        RADII.iter().flat_map(move |node| {
+            self.ring(*node, &mut distances, &mut light);
+            let rays = distances.iter().zip(&light).zip(self.directions.vectors());
+            let rays = rays.map(|((r, light), direction)| {
+                let u = [0, 1].map(|axis| self.centre[axis] + r * direction[axis]);
+                let is_dark = self.dark.is_some_and(|disc| disc.depth(u) > 0.0);
+                let passed = match (is_dark, is_uniform) {
+                    (true, _) => 0.0,
+                    (false, true) => *light,
+                    (false, false) => light * transmission.at(u),
+                };
+                (passed, u)
+            });
+            rays.collect::<Vec<_>>()
         })
     }
+
+    /// Returns the light of each ray that has some, and its pupil point.
+    pub(super) fn rays(&self, transmission: &Transmission) -> Vec<(f64, [f64; 2])> {
+        let rays = self.all_rays(transmission);
+        rays.filter(|(light, _)| *light > 0.0).collect()
+    }
 }
 
-impl Fan {
-    /// Returns the pupil point at distance `r` from the centre on `spoke`.
-    fn point(&self, spoke: &Spoke, r: f64) -> [f64; 2] {
-        [0, 1].map(|axis| self.centre[axis] + r * spoke.direction[axis])
-    }
+/// A fan, and the stops that it lies within.
+struct KnownFan {
+    stops: Vec<Stop>,
+    fan: Fan,
+}
 
-    /// Returns the light of the ray through pupil point `u` that would have the light `full`; `None` in the dark.
-    fn light(&self, transmission: &Transmission, u: [f64; 2], full: f64) -> Option<f64> {
-        let is_dark = self.dark.is_some_and(|disc| disc.depth(u) > 0.0);
-        (!is_dark).then(|| full * transmission.at(u))
-    }
-
-    /// Returns the light of each ray, and its pupil point.
-    pub(super) fn rays(&self, transmission: &Transmission) -> Vec<(f64, [f64; 2])> {
-        let mut rays = Vec::with_capacity(RADII.len() * self.spokes.len());
-        for spoke in &self.spokes {
-            for (r, full) in spoke.rays() {
-                let u = self.point(spoke, r);
-                rays.extend(self.light(transmission, u, full).map(|light| (light, u)));
-            }
-        }
-        rays
-    }
+thread_local! {
+    /// The last fan of this thread: the channels of a lens, and the queries about one point of the field, mostly share it.
+    static LAST_FAN: RefCell<Option<KnownFan>> = const { RefCell::new(None) };
 }
 
 impl LocalPupil {
@@ -98,28 +95,42 @@ impl LocalPupil {
 
     /// Returns rays as [`LocalPupil::fan`], without the obstruction.
     pub(super) fn fan_within_stops(&self) -> Fan {
-        let directions = if self.stop_count > FEW_STOPS || self.transmission.picture.is_some() {
-            &MORE_DIRECTIONS
-        } else {
-            &FEW_DIRECTIONS
-        };
+        let directions: &'static Directions =
+            if self.stop_count > FEW_STOPS || self.transmission.picture.is_some() {
+                &MORE_DIRECTIONS
+            } else {
+                &FEW_DIRECTIONS
+            };
+        LAST_FAN.with_borrow_mut(|last| {
+            let is_known = |known: &&KnownFan| {
+                known.stops == self.stops() && std::ptr::eq(known.fan.directions, directions)
+            };
+            if let Some(known) = last.as_ref().filter(is_known) {
+                return known.fan.clone();
+            }
+            let fan = self.fan_along(directions);
+            *last = Some(KnownFan {
+                stops: self.stops().to_vec(),
+                fan: fan.clone(),
+            });
+            fan
+        })
+    }
+
+    fn fan_along(&self, directions: &'static Directions) -> Fan {
         let (centre, depth) = self.inscribed_circle();
-        let spoke = |direction: &[f64; 2]| {
-            let [cos, sin] = *direction;
-            let outer = if depth > 0.0 {
-                self.edge(centre, cos, sin).0
+        let outer = directions.vectors().iter().map(|[cos, sin]| {
+            if depth > 0.0 {
+                self.edge(centre, *cos, *sin).0
             } else {
                 PINHOLE_RADIUS
-            };
-            Spoke {
-                direction: [cos, sin],
-                inner: 0.0,
-                outer,
             }
-        };
+        });
         Fan {
             centre,
-            spokes: directions.iter().map(spoke).collect(),
+            directions,
+            inner: vec![0.0; directions.vectors().len()],
+            outer: outer.collect(),
             dark: None,
         }
     }
@@ -132,46 +143,96 @@ impl LocalPupil {
     pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
         let fan = self.fan();
         let is_even = fan.dark.is_none() && self.transmission.is_uniform();
-        // Along a spoke the slope is a polynomial in one variable.
-        let wavefront = self.wavefront.about(fan.centre);
-        let mut landed: Vec<(f64, [f64; 2])> = Vec::with_capacity(RADII.len() * fan.spokes.len());
-        for spoke in &fan.spokes {
-            let slope = wavefront.slope_along(spoke.direction);
-            for (r, full) in spoke.rays() {
-                let light = if is_even {
-                    Some(full)
-                } else {
-                    fan.light(&self.transmission, fan.point(spoke, r), full)
-                };
-                landed.extend(light.map(|light| {
-                    let [x, y] = slope.at(r);
-                    (light, [self.squeeze[0] * x, self.squeeze[1] * y])
-                }));
-            }
-        }
-        let total: f64 = landed.iter().map(|(w, _)| w).sum();
-        let mean = [0, 1].map(|k| landed.iter().map(|(w, p)| w * p[k]).sum::<f64>() / total);
-        let mut sums = [0.0; 7];
-        for (w, p) in &landed {
-            let (x, y) = (p[0] - mean[0], p[1] - mean[1]);
-            let terms = [
-                x * x,
-                x * y,
-                y * y,
-                x * x * x,
-                x * x * y,
-                x * y * y,
-                y * y * y,
-            ];
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += w * term;
-            }
-        }
-        let mut moments = CentralMoments::from_array(sums.map(|sum| sum / total));
+        let light: Option<Vec<f64>> = (!is_even).then(|| {
+            let rays = fan.all_rays(&self.transmission);
+            rays.map(|(light, _)| light).collect()
+        });
+        let LandedLight { mean, sums } = pulp::Arch::new().dispatch(Landing {
+            pupil: self,
+            fan: &fan,
+            light,
+        });
+        let mut moments = CentralMoments::from_array(sums);
         let [along_x, along_y] = self.blur_variances_px2();
         moments.mu20 += along_x;
         moments.mu02 += along_y;
         (self.sensor.blurred_moments(moments), mean)
+    }
+}
+
+/// The rays of a fan with the light of each, where it is not that of an even pupil. `pulp::Arch::dispatch` compiles their sums for the
+/// widest vectors of the processor.
+struct Landing<'a> {
+    pupil: &'a LocalPupil,
+    fan: &'a Fan,
+    light: Option<Vec<f64>>,
+}
+
+/// The light of all rays where it lands.
+struct LandedLight {
+    mean: [f64; 2],
+    /// Mean of the products of two, then of three coordinates about the mean.
+    sums: [f64; 7],
+}
+
+impl pulp::NullaryFnOnce for Landing<'_> {
+    type Output = LandedLight;
+
+    #[inline(always)]
+    fn call(self) -> LandedLight {
+        let Self { pupil, fan, light } = self;
+        // Along a spoke the slope is a polynomial in one variable.
+        let slopes: SlopesAlong = fan.directions.slopes(&pupil.wavefront.about(fan.centre));
+        let count = fan.outer.len();
+        let mut distances = vec![0.0; count];
+        let [mut own, mut x, mut y] = [0; 3].map(|_| vec![0.0; RADII.len() * count]);
+        for (k, node) in RADII.iter().enumerate() {
+            let ring = k * count..(k + 1) * count;
+            fan.ring(*node, &mut distances, &mut own[ring.clone()]);
+            slopes.at(&distances, &mut x[ring.clone()], &mut y[ring]);
+        }
+        let light = light.unwrap_or(own);
+        let rays = || {
+            let (w, _) = light.as_chunks::<LANES>();
+            let ((x, _), (y, _)) = (x.as_chunks::<LANES>(), y.as_chunks::<LANES>());
+            w.iter().zip(x.iter().zip(y))
+        };
+        let mut sums = [[0.0; LANES]; 3];
+        for (w, (x, y)) in rays() {
+            for k in 0..LANES {
+                sums[0][k] += w[k];
+                sums[1][k] += w[k] * x[k];
+                sums[2][k] += w[k] * y[k];
+            }
+        }
+        let [total, x, y] = sums.map(|sum| sum.iter().sum::<f64>());
+        let centre = [x / total, y / total];
+        let mut sums = [[0.0; LANES]; 7];
+        for (w, (x, y)) in rays() {
+            for k in 0..LANES {
+                let (x, y) = (x[k] - centre[0], y[k] - centre[1]);
+                let (xx, xy, yy) = (w[k] * x * x, w[k] * x * y, w[k] * y * y);
+                let terms = [xx, xy, yy, xx * x, xx * y, yy * x, yy * y];
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    sum[k] += term;
+                }
+            }
+        }
+        let [sx, sy] = pupil.squeeze;
+        let squeezed = [
+            sx * sx,
+            sx * sy,
+            sy * sy,
+            sx * sx * sx,
+            sx * sx * sy,
+            sx * sy * sy,
+            sy * sy * sy,
+        ];
+        let mean_of = |k: usize| squeezed[k] * sums[k].iter().sum::<f64>() / total;
+        LandedLight {
+            mean: [sx * centre[0], sy * centre[1]],
+            sums: std::array::from_fn(mean_of),
+        }
     }
 }
 
