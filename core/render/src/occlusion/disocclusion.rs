@@ -70,9 +70,12 @@ pub(super) fn hidden_samples(
     let band = cell_pyramid::band(input);
     let grid = |shift: [usize; 2]| {
         let origin = [0, 1].map(|axis| (input.origin[axis] + shift[axis]) % LARGEST_CELL_PX);
+        let pyramid = cell_pyramid::build(input, origin, &band, levels);
+        let sized = pyramid.into_iter().enumerate();
+        let sized = sized.map(|(index, cells)| SizedLevel::new(cells, (2 << index) as f32, layers));
         CellGrid {
             origin,
-            pyramid: cell_pyramid::build(input, origin, &band, levels),
+            pyramid: sized.collect(),
         }
     };
     let build_grids = || -> Vec<CellGrid> { GRID_SHIFTS_PX.into_par_iter().map(grid).collect() };
@@ -97,7 +100,41 @@ const SPARE_PX: f32 = 2.0;
 struct CellGrid {
     /// Position of the plate's first pixel on the grid.
     origin: [usize; 2],
-    pyramid: Vec<CellLevel>,
+    pyramid: Vec<SizedLevel>,
+}
+
+/// The cells of one size, with what their weights as estimates follow from.
+struct SizedLevel {
+    /// Side of a cell, px.
+    side: f32,
+    cells: CellLevel,
+    surfaces: Vec<CellSurface>,
+}
+
+/// The farthest surface of a cell.
+struct CellSurface {
+    coordinate: f32,
+    /// Kernel size at its depth, px.
+    size: f32,
+    /// Factor on its weight. A cell of mixed pixels alone counts little beside a larger one. So does a cell that a moving edge has only
+    /// just reached: the band along an edge across the cell has a weight of four times its side.
+    known: f32,
+}
+
+impl SizedLevel {
+    fn new(cells: CellLevel, side: f32, layers: &DepthLayers) -> Self {
+        let all = cells.weight.par_iter().zip(&cells.coordinate);
+        let surface = |(weight, coordinate): (&f32, &f32)| CellSurface {
+            coordinate: *coordinate,
+            size: layers.size(*coordinate),
+            known: (weight / side).min(1.0),
+        };
+        Self {
+            side,
+            surfaces: all.map(surface).collect(),
+            cells,
+        }
+    }
 }
 
 /// The edges of a plate, and how far blur reaches across them.
@@ -122,10 +159,8 @@ fn hidden_row(
     let lines: Vec<(usize, Vec<CellRows>)> = grids
         .iter()
         .map(|grid| {
-            let levels = grid.pyramid.iter().enumerate();
-            let rows = levels.map(|(index, level)| {
-                CellRows::new(level, (2 << index) as f32, row + grid.origin[1])
-            });
+            let levels = grid.pyramid.iter();
+            let rows = levels.map(|level| CellRows::new(level, row + grid.origin[1]));
             (grid.origin[0], rows.collect())
         })
         .collect();
@@ -138,7 +173,7 @@ fn hidden_row(
         }
         estimate.clear();
         for (first, lines) in &lines {
-            of_grid.estimate(lines, layers, column + first, coordinate);
+            of_grid.estimate(lines, own, column + first, coordinate);
             estimate.add_share(&of_grid, 1.0 / grids.len() as f32);
         }
         if estimate.weight <= MIN_WEIGHT {
@@ -171,9 +206,7 @@ fn share_uncovered(distance_px: f32, reach: f32) -> f32 {
 
 /// The two rows of cells of one level around a row of pixels.
 struct CellRows<'a> {
-    level: &'a CellLevel,
-    /// Side of a cell, px.
-    side: f32,
+    level: &'a SizedLevel,
     /// First cell of each row of cells with the row's interpolation weight; `None` beyond the plate.
     rows: [Option<(usize, f32)>; 2],
     /// First and end column with any weight in either row, on the frame's grid.
@@ -182,27 +215,23 @@ struct CellRows<'a> {
 
 impl<'a> CellRows<'a> {
     /// The rows of cells around row `y` of the frame's grid.
-    fn new(level: &'a CellLevel, side: f32, y: usize) -> Self {
-        let at = (y as f32 + 0.5) / side - 0.5;
+    fn new(level: &'a SizedLevel, y: usize) -> Self {
+        let cells = &level.cells;
+        let at = (y as f32 + 0.5) / level.side - 0.5;
         let row = at.floor();
         let share = at - row;
-        let found = |dy: i64, share: f32| level.row(row as i64 + dy).map(|first| (first, share));
+        let found = |dy: i64, share: f32| cells.row(row as i64 + dy).map(|first| (first, share));
         let rows = [found(0, 1.0 - share), found(1, share)];
         let mut lit = (i32::MAX, i32::MIN);
         for (first, _) in rows.iter().flatten() {
-            let weights = &level.weight[*first..first + level.columns];
+            let weights = &cells.weight[*first..first + cells.columns];
             if let Some(start) = weights.iter().position(|w| *w > 0.0) {
                 let end = weights.iter().rposition(|w| *w > 0.0).unwrap_or(start) + 1;
-                let on_grid = |column: usize| (column + level.first[0]) as i32;
+                let on_grid = |column: usize| (column + cells.first[0]) as i32;
                 lit = (lit.0.min(on_grid(start)), lit.1.max(on_grid(end)));
             }
         }
-        Self {
-            level,
-            side,
-            rows,
-            lit,
-        }
+        Self { level, rows, lit }
     }
 }
 
@@ -230,16 +259,15 @@ impl HiddenEstimate {
         }
     }
 
-    /// Estimates what lies behind the pixel in column `x` of the frame's grid with a layer `coordinate`.
-    fn estimate(&mut self, lines: &[CellRows], layers: &DepthLayers, x: usize, coordinate: f32) {
+    /// Estimates what lies behind the pixel in column `x` of the frame's grid with a layer `coordinate` and a kernel of `size`.
+    fn estimate(&mut self, lines: &[CellRows], size: f32, x: usize, coordinate: f32) {
         self.clear();
-        let size = layers.size(coordinate);
         for line in lines {
             let left = 1.0 - self.weight;
             if left < MIN_WEIGHT {
                 return;
             }
-            let at = (x as f32 + 0.5) / line.side - 0.5;
+            let at = (x as f32 + 0.5) / line.level.side - 0.5;
             // Rounds down: `at` is -0.5 or more.
             let column = (at + 1.0) as i32 - 1;
             if column + 1 < line.lit.0 || column >= line.lit.1 {
@@ -251,9 +279,9 @@ impl HiddenEstimate {
                     if column < line.lit.0 || column >= line.lit.1 {
                         continue;
                     }
-                    let cell = first + column as usize - line.level.first[0];
+                    let cell = first + column as usize - line.level.cells.first[0];
                     let share = left * across * down;
-                    self.add_cell(line, cell, share, coordinate, size, layers);
+                    self.add_cell(line.level, cell, share, coordinate, size);
                 }
             }
         }
@@ -263,25 +291,21 @@ impl HiddenEstimate {
     /// `size`.
     fn add_cell(
         &mut self,
-        line: &CellRows,
+        level: &SizedLevel,
         cell: usize,
         share: f32,
         coordinate: f32,
         size: f32,
-        layers: &DepthLayers,
     ) {
-        let level = line.level;
-        let behind = (coordinate - level.coordinate[cell] - JUMP / 2.0).clamp(0.0, 1.0);
-        if level.weight[cell] == 0.0 || behind == 0.0 {
+        let surface = &level.surfaces[cell];
+        let behind = (coordinate - surface.coordinate - JUMP / 2.0).clamp(0.0, 1.0);
+        if surface.known == 0.0 || behind == 0.0 {
             return;
         }
         // Cells up to four thirds of the reach of the blur count in full, those from four times it on not at all.
-        let reach = size + layers.size(level.coordinate[cell]) + SPARE_PX;
-        let near = (2.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
-        // A cell of mixed pixels alone counts little beside a larger one. So does a cell that a moving edge has only just reached: the
-        // band along an edge across the cell has a weight of four times its side.
-        let known = (level.weight[cell] / line.side).min(1.0);
-        self.add(level, cell, share * behind * near * known);
+        let reach = size + surface.size + SPARE_PX;
+        let near = (2.0 * reach / level.side - 0.5).clamp(0.0, 1.0);
+        self.add(&level.cells, cell, share * behind * near * surface.known);
     }
 
     fn add(&mut self, level: &CellLevel, cell: usize, weight: f32) {
