@@ -2,7 +2,7 @@
 //!
 //! The cost grows with the lit area, not with the area that the blur reaches.
 
-use super::edges::{add_folded, folded, with_mirrored_margin};
+use super::edges::{add_folded, with_mirrored_margin};
 use super::fir::BilinearFir;
 use super::gather_pass::set_corners;
 use super::image::{Image, Rect, Size, View};
@@ -31,6 +31,29 @@ pub(super) struct ScatterPass<'a> {
     pub(super) edges: Edges,
 }
 
+/// The pixels of a level in which its light is summed.
+#[derive(Clone, Copy)]
+enum Target {
+    /// Those of the plate: light beyond its edges is folded back or dropped at once.
+    Plate(Size),
+    /// All that light reaches.
+    Reached,
+}
+
+impl Target {
+    fn rect(self, level: &SourceLevel) -> Rect {
+        match self {
+            Self::Plate(Size { width, height }) => Rect {
+                left: 0,
+                top: 0,
+                width,
+                height,
+            },
+            Self::Reached => level.reached,
+        }
+    }
+}
+
 impl ScatterPass<'_> {
     /// Returns the blurred plates.
     ///
@@ -48,11 +71,12 @@ impl ScatterPass<'_> {
         while let Some(level) = self.levels.pop() {
             let index = self.levels.len();
             // Each is allocated as zeros, which the system gives page by page once they are written; clones would be copied.
+            let target = self.target(index);
             let mut images: Vec<Image> = (0..self.mix_of.len())
-                .map(|_| Image::zeros(level.reached))
+                .map(|_| Image::zeros(target.rect(&level)))
                 .collect();
             for wave in level.tiles.chunks(WAVE) {
-                self.add_wave(&level, wave, &mut images);
+                self.add_wave(&level, wave, target, &mut images);
                 done += wave.len();
                 if !progress(done as f64 / count as f64) {
                     return Err(cancelled());
@@ -62,7 +86,7 @@ impl ScatterPass<'_> {
             let is_closed = index + 1 < level_count && self.closes(index + 1);
             let images = images.into_par_iter().zip(coarser);
             coarser = images
-                .map(|(image, coarser)| self.joined(index, &image, &coarser, is_closed))
+                .map(|(image, coarser)| self.joined(index, target, image, &coarser, is_closed))
                 .collect();
         }
         Ok(coarser.into_iter().map(|image| image.samples).collect())
@@ -73,6 +97,7 @@ impl ScatterPass<'_> {
         &self,
         level: &SourceLevel,
         wave: &[super::tile_grid::GridIndex],
+        target: Target,
         images: &mut [Image],
     ) {
         let side = level.grid.tile;
@@ -112,40 +137,58 @@ impl ScatterPass<'_> {
             .enumerate()
             .for_each(|(plane, image)| {
                 for patch in patches.iter().filter_map(|patches| patches[plane].as_ref()) {
-                    image.add(patch);
+                    match target {
+                        Target::Plate(size) => {
+                            let whole = RenderWindow::from_size(size.width, size.height);
+                            add_folded(patch, size, self.edges, whole, &mut image.samples);
+                        }
+                        Target::Reached => image.add(patch),
+                    }
                 }
             });
     }
 
-    /// Adds the upsampled `coarser` level to `image` and cuts both to what the next finer level needs. `is_closed` says whether
-    /// `coarser` holds a plate with mirrored margins.
-    fn joined(&self, level: usize, image: &Image, coarser: &Image, is_closed: bool) -> Image {
-        let size = Size {
+    /// Returns where the light of level `index` is summed.
+    fn target(&self, index: usize) -> Target {
+        // Light may be folded back where the plate's edges lie between pixels of the level.
+        if index == 0 || self.closes(index) {
+            Target::Plate(self.size_at(index))
+        } else {
+            Target::Reached
+        }
+    }
+
+    fn size_at(&self, level: usize) -> Size {
+        Size {
             width: self.size.width.div_ceil(1 << level),
             height: self.size.height.div_ceil(1 << level),
-        };
-        let whole = RenderWindow::from_size(size.width, size.height);
-        // Light may be folded back where the plate's edges lie between pixels of the level.
-        let folds = level == 0 || self.closes(level);
-        if folds {
-            let mut plate = Image {
-                left: 0,
-                top: 0,
-                width: size.width,
-                height: size.height,
-                samples: folded(image, size, self.edges, whole),
-            };
+        }
+    }
+
+    /// Adds the upsampled `coarser` level to `image` and cuts both to what the next finer level needs. `is_closed` says whether
+    /// `coarser` holds a plate with mirrored margins.
+    fn joined(
+        &self,
+        level: usize,
+        target: Target,
+        mut image: Image,
+        coarser: &Image,
+        is_closed: bool,
+    ) -> Image {
+        let size = self.size_at(level);
+        if let Target::Plate(_) = target {
             if is_closed {
-                add_upsampled(&mut plate, &coarser.view());
+                add_upsampled(&mut image, &coarser.view());
             } else if !coarser.samples.is_empty() {
+                let whole = RenderWindow::from_size(size.width, size.height);
                 let mut finer = Image::zeros(upsampled_rect(coarser));
                 add_upsampled(&mut finer, &coarser.view());
-                add_folded(&finer, size, self.edges, whole, &mut plate.samples);
+                add_folded(&finer, size, self.edges, whole, &mut image.samples);
             }
             if level == 0 {
-                return plate;
+                return image;
             }
-            return with_mirrored_margin(&plate.samples, size);
+            return with_mirrored_margin(&image.samples, size);
         }
         let mut rect = joined_rect(image.rect(), upsampled_rect(coarser));
         if self.edges == Edges::Black {
