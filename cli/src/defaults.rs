@@ -256,6 +256,10 @@ fn option<'c>(command: &'c Command, name: &str) -> Option<&'c Arg> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write as _;
+
+    use seidel_image_io::atomic::write_atomically;
+
     use super::*;
 
     /// Returns the words between command and plate of `line` in a folder with such a file, or the error.
@@ -263,7 +267,8 @@ mod tests {
         let show = tempfile::tempdir().expect("a folder");
         let shot = show.path().join("shot");
         std::fs::create_dir(&shot).expect("a folder");
-        std::fs::write(show.path().join(FILE_NAME), text).expect("written");
+        let path = show.path().join(FILE_NAME);
+        write_atomically(&path, |out| out.write_all(text.as_bytes())).expect("written");
         let line: Vec<OsString> = line.split(' ').map(OsString::from).collect();
         let found = with_defaults(&crate::commands::command(), &line, &shot, has_ocio);
         let found = found.map_err(|error| error.to_string())?;

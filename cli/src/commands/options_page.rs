@@ -1,8 +1,11 @@
 //! The page of all options in the guide, made from the options themselves.
 
-use clap::Arg;
+use std::path::Path;
 
-use super::command;
+use clap::Arg;
+use seidel_image_io::json::{TEXT_LIMIT_BYTES, read_text};
+
+use super::{command, write_text};
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/guide/options.md");
 
@@ -78,9 +81,9 @@ fn the_page_of_options_is_up_to_date() {
     let mut page = INTRODUCTION.to_owned();
     add_tables(&command(), "", &mut page);
     if std::env::var_os("UPDATE_EXPECT").is_some() {
-        std::fs::write(PATH, &page).expect("written");
+        write_text(Path::new(PATH), &page).expect("written");
     }
-    let found = std::fs::read_to_string(PATH).unwrap_or_default();
+    let found = read_text(Path::new(PATH), TEXT_LIMIT_BYTES).unwrap_or_default();
     let remedy = "run `UPDATE_EXPECT=1 cargo test -p seidel --lib options_page`";
     assert!(
         found == page,

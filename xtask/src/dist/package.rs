@@ -18,7 +18,7 @@ pub(super) const TEMPLATES: [[&str; 2]; 3] = [
     ],
 ];
 
-/// What the templates leave open.
+/// The names that templates leave open.
 pub(super) struct Names<'a> {
     pub(super) version: &'a str,
     /// File name of the shared library.
