@@ -6,6 +6,7 @@
 
 pub mod commands;
 mod console;
+mod defaults;
 pub mod demo;
 pub mod pictures;
 mod progress;
@@ -53,7 +54,19 @@ pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u
 }
 
 fn run_command(command_line: &[OsString], console: &mut Console) -> u8 {
-    let parsed = (commands::command().try_get_matches_from(command_line))
+    let commands = commands::command();
+    let folder = std::env::current_dir().unwrap_or_default();
+    let has_ocio = std::env::var_os("OCIO").is_some_and(|path| !path.is_empty());
+    let defaults = match defaults::with_defaults(&commands, command_line, &folder, has_ocio) {
+        Ok(defaults) => defaults,
+        Err(error) => {
+            console.error(&error.to_string());
+            return 2;
+        }
+    };
+    let command_line = (defaults.as_ref()).map_or(command_line, |defaults| &defaults.line);
+    let note = defaults.as_ref().map(|defaults| defaults.note.as_str());
+    let parsed = (commands.try_get_matches_from(command_line))
         .and_then(|matches| commands::Cli::from_arg_matches(&matches));
     let cli = match parsed {
         Ok(cli) => cli,
@@ -68,10 +81,13 @@ fn run_command(command_line: &[OsString], console: &mut Console) -> u8 {
                 &mut *console.stderr
             };
             let _ = write!(stream, "{text}");
+            if let Some(note) = note.filter(|_| status != 0) {
+                console.note(note);
+            }
             return u8::try_from(status).unwrap_or(2);
         }
     };
-    let Err(error) = cli.command.run(command_line, console) else {
+    let Err(error) = cli.command.run(command_line, note, console) else {
         return 0;
     };
     console.error(&error.to_string());

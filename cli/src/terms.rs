@@ -1,13 +1,14 @@
 //! The options and commands behind the terms of messages that come from the libraries.
 
 /// Terms of the libraries, each with what a user of the command gives or runs for it.
-const TERMS: [(&str, &str); 19] = [
+const TERMS: [(&str, &str); 20] = [
     ("reduced model", "--model reduced"),
     ("extended model", "--model extended"),
     ("as a fit writes it", "seidel fit"),
     ("JSON schema of lens profiles", "seidel lens schema"),
     ("another lens of the library", "seidel lens list"),
     ("picture that was printed", "--chart"),
+    ("turn only chroma off", "--only-chroma"),
     ("four corners", "--at"),
     ("larger sheet", "--paper"),
     ("one value for all colours", "--noise"),

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use seidel_optics::error::{Error, Result};
 use seidel_render::{
-    Background, ClampedLens, Holdout, Occlusion, Plane, RenderWindow, Scene, VergencePass,
+    Background, ChromaticLens, ClampedLens, Holdout, Occlusion, Plane, RenderWindow, Scene,
+    VergencePass,
 };
 
 use crate::channel_weights::channel_weights;
@@ -458,15 +459,18 @@ impl PreparedPlate {
                     light_planes: Some(self.colour_count()),
                 });
                 let edges = self.edges();
-                let clamped = (self.own).map(|own| ClampedLens::new(&optics.scene, own));
-                let scene = Scene {
+                let chromatic = ChromaticLens::new(optics.scene.lens);
+                let mut scene = Scene {
                     edges: edges.of_renderer(),
-                    lens: match &clamped {
-                        Some(lens) => lens,
-                        None => optics.scene.lens,
-                    },
                     ..optics.scene
                 };
+                if settings.only_chroma {
+                    scene.lens = &chromatic;
+                }
+                let clamped = (self.own).map(|own| ClampedLens::new(&scene, own));
+                if let Some(lens) = &clamped {
+                    scene.lens = lens;
+                }
                 let kernels = self.session.lens().kernels();
                 kernels.begin_render();
                 then(&Rendering {

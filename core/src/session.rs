@@ -49,6 +49,14 @@ impl LensSession {
         let predictor = lens.predictor();
         let model = named.unwrap_or_else(|| predictor.default_model());
         predictor.check_model(model).map_err(unsupported)?;
+        if settings.only_chroma && predictor.channel_names().len() == 1 {
+            let remedy = "use a lens with R, G and B, or turn only chroma off";
+            return Err(unsupported(Error::new(
+                "only chroma",
+                "needs the differences between channels; the lens has one channel",
+                remedy,
+            )));
+        }
         let focused_at = settings.controls.focus_distance;
         let session = Self {
             model,

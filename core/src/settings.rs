@@ -24,6 +24,9 @@ pub struct Settings {
     /// Weight of the blurred plate against its own pixels, 0 to 1, in [`apply`](crate::apply); times that of
     /// [`Plate::mask`](crate::Plate::mask).
     pub mix: f64,
+    /// Whether [`apply`](crate::apply) renders the colour error of the lens alone, without the blur that its channels share; see
+    /// [`ChromaticLens`](seidel_render::ChromaticLens).
+    pub only_chroma: bool,
     /// Light above a level that spreads before it meets the lens, in [`apply`](crate::apply) and [`relens`](crate::relens).
     pub bloom: Option<Bloom>,
     /// Identifier of the PSF model, such as `pupil`; the most faithful one for the lens if `None`.
@@ -61,6 +64,7 @@ impl Default for Settings {
             to_controls: Controls::default(),
             look: Look::default(),
             mix: 1.0,
+            only_chroma: false,
             bloom: None,
             psf_model: None,
             amount: 1.0,
@@ -83,6 +87,7 @@ impl Settings {
     pub fn of_measured_lens(&self) -> Self {
         Self {
             look: Look::default(),
+            only_chroma: false,
             bloom: None,
             ..self.clone()
         }
@@ -99,6 +104,7 @@ impl Settings {
             // Sessions of equal lenses are equal, whichever side they are of.
             from_controls: Controls::default(),
             to_controls: Controls::default(),
+            only_chroma: false,
             ..settings
         }
     }

@@ -11,7 +11,7 @@ use crate::depth::DepthEncoding;
 use crate::file_reference;
 use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
-use crate::knobs::{Knob, Knobs, depth, focus, lens, look, render};
+use crate::knobs::{Knob, Knobs, depth, focus, lens, look, remove, render};
 use crate::lens::{LensOrigin, built_in, load};
 use crate::lens_data::LensData;
 
@@ -79,6 +79,7 @@ pub(crate) fn settings(
         settings = settings.of_side(side);
     }
     if knobs.choice(&lens::MODE) == lens::APPLY {
+        settings.only_chroma = knobs.is_on(&remove::ONLY_CHROMA);
         put_look(knobs, profile, scale, &mut settings)?;
     }
     Ok(settings)

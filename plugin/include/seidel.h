@@ -570,6 +570,12 @@ typedef struct SeidelSettings {
    * Weight of the blurred plate against its own pixels, times that of the mask (0 to 1). Default 1. (seidel_apply)
    */
   double mix;
+  /**
+   * Switch: The lens's axial and lateral colour alone, without the blur that all colours share. Default 0. At each
+   * place and distance the sharpest colour stays sharp, and the others blur by as much as their variance exceeds its
+   * own. (seidel_apply)
+   */
+  uint32_t only_chroma;
 } SeidelSettings;
 
 /**
@@ -1049,6 +1055,24 @@ enum SeidelStatus seidel_memory_needed(const struct SeidelSettings *settings,
                                        const struct SeidelPlate *plate,
                                        uint32_t removal,
                                        uint64_t *bytes);
+
+/**
+ * Writes to `*distance` the object distance at the pixel (`x`, `y`) of the plate, in metres along the optical axis: the
+ * median of the depth image over a disc of 3 pixels' radius, so that noise and fine gaps do not count. It may be INFINITY. As
+ * `focus_distance` of the settings it focuses on what the pixel shows, as the option --focus-at of the command does.
+ * `settings` may be NULL for the defaults.
+ *
+ * Errors: a pixel outside the extent, a plate without distance there, and those of seidel_apply about the depth image.
+ *
+ * Pointers:
+ * Each pointer: NULL, or valid until the call returns.
+ */
+enum SeidelStatus seidel_distance_at(const struct SeidelLens *lens,
+                                     const struct SeidelSettings *settings,
+                                     const struct SeidelPlate *plate,
+                                     int32_t x,
+                                     int32_t y,
+                                     double *distance);
 
 /**
  * Ends all threads of the library and waits for the work that they are doing. Call it before the library is

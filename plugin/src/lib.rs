@@ -36,6 +36,8 @@ mod region;
 mod match_colours;
 mod memory;
 
+mod pick;
+
 mod threads;
 
 mod call_args;
@@ -57,6 +59,7 @@ pub use lens::{
 };
 pub use match_colours::seidel_match_colours;
 pub use memory::seidel_memory_needed;
+pub use pick::seidel_distance_at;
 pub use plate::SeidelPlate;
 pub use region::seidel_region_of_interest;
 pub use relens::seidel_relens;

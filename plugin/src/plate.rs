@@ -286,7 +286,10 @@ impl Plate {
     }
 
     /// Prepares the depth image, or without one the distance of the settings.
-    fn depth(
+    ///
+    /// # Errors
+    /// A depth image that is not valid, and a distance that the lens cannot follow.
+    pub(crate) fn depth(
         &self,
         session: &LensSession,
         geometry: &PlateGeometry,

@@ -173,6 +173,7 @@ pub struct SeidelSettings {
     pub to_sensor_shift_um: f64,
     pub to_focus_distance: f64,
     pub mix: f64,
+    pub only_chroma: u32,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
@@ -266,6 +267,7 @@ pub const INDICES: &[Member<u32>] = members![
     blur_inside,
     clip,
     grain,
+    only_chroma,
 ];
 
 /// Returns the member of `knob`; `None` where the settings have it in another form, or not at all.

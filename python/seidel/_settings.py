@@ -95,6 +95,9 @@ class Settings:
         blur_inside: A blurred foreground becomes transparent inside its own outline too, as in a camera;
             otherwise it only blurs outwards; in ``apply``.
         mix: Weight of the blurred plate against its own pixels, times that of the mask (0 to 1); in ``apply``.
+        only_chroma: The lens's axial and lateral colour alone, without the blur that all colours share; in
+            ``apply``. At each place and distance the sharpest colour stays sharp, and the others blur by as much as
+            their variance exceeds its own.
         strength: Weight of the sharp image against the plate: 0 leaves the plate unchanged (0 to 1); in
             ``remove``.
         grain: Grain of the sharp image; in ``remove``.
@@ -153,6 +156,7 @@ class Settings:
     fill_foreground: bool = True
     blur_inside: bool = True
     mix: float = 1.0
+    only_chroma: bool = False
     strength: float = 1.0
     grain: Literal["keep", "solved"] = "keep"
     from_focal_length_mm: float | None = None

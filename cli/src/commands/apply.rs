@@ -50,6 +50,11 @@ pub struct ApplyArgs {
     /// The plate is blurred as without it, so light of a masked object still reaches its surroundings; --holdout takes that away.
     #[arg(long, help_heading = "Look", value_name = "FILE[:CHANNEL]", value_parser = channel_parser(), conflicts_with = "residual")]
     mask: Option<ChannelSpec>,
+    /// Only the lens's axial and lateral colour, without the blur that all colours share
+    ///
+    /// At each place and distance the sharpest colour stays sharp, and the others blur by as much as their variance exceeds its own.
+    #[arg(long, help_heading = "Look", conflicts_with = "residual")]
+    only_chroma: bool,
     /// Picture of the blur by depth, instead of the plate
     #[arg(long, value_enum, help_heading = "Output", value_name = "PICTURE", conflicts_with_all = ["residual", "verbose"])]
     show: Option<ShowChoice>,
@@ -74,6 +79,9 @@ impl ApplyArgs {
         let mut record = rendering_record(&of_edges(settings, edges), &self.occlusion.record());
         if settings.mix != 1.0 {
             record.push(setting("mix", settings.mix));
+        }
+        if self.only_chroma {
+            record.push(setting("only_chroma", true));
         }
         record.extend(
             self.mask
@@ -122,6 +130,7 @@ pub(super) fn run(
         settings.expand = Expand::Never;
     }
     settings.occlusion = args.occlusion.settings();
+    settings.only_chroma = args.only_chroma;
     let look = LensUse::Apply(&args.look, &args.knobs);
     let mut reader = PlateReader::open(&args.lens, &args.shared, look, settings, console)?;
     args.occlusion.check()?;

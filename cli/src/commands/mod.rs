@@ -15,6 +15,8 @@ mod lens;
 mod lut;
 mod man;
 mod measure;
+#[cfg(test)]
+mod options_page;
 mod picture;
 mod plates;
 mod psf;
@@ -89,12 +91,21 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the command. `command_line` goes into the provenance of outputs, program name first.
+    /// Runs the command. `command_line` goes into the provenance of outputs, program name first. The `note` about defaults is
+    /// printed in the form of progress of the command.
     ///
     /// # Errors
     /// The reason why the command failed, as one message.
-    pub fn run(self, command_line: &[OsString], console: &mut Console) -> Result<(), CommandError> {
+    pub fn run(
+        self,
+        command_line: &[OsString],
+        note: Option<&str>,
+        console: &mut Console,
+    ) -> Result<(), CommandError> {
         console.set_progress_form(self.progress_form());
+        if let Some(note) = note {
+            console.note(note);
+        }
         match self {
             Self::Demo(args) => demo::run(&args, command_line, console),
             Self::Measure(command) => measure::run(&command, console),

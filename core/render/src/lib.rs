@@ -34,6 +34,7 @@
 
 mod adjusted_lens;
 mod bloom;
+mod chromatic_lens;
 mod clamped_lens;
 mod depth;
 mod edge_replication;
@@ -51,6 +52,7 @@ mod statistics;
 
 pub use adjusted_lens::{AdjustedLens, MAX_AMOUNT};
 pub use bloom::Bloom;
+pub use chromatic_lens::ChromaticLens;
 pub use clamped_lens::ClampedLens;
 pub use depth::{
     CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthPlace, DepthProblem,

@@ -182,4 +182,18 @@ pub(super) static KNOBS: &[Knob] = &[
             set: |settings, value| settings.mix = value,
         }),
     ),
+    Knob {
+        details: "At each place and distance the sharpest colour stays sharp, and the others blur by as much as their variance exceeds its own.",
+        has_effect: is_apply,
+        ..Knob::new(
+            "only-chroma",
+            KnobScope::Apply,
+            "The lens's axial and lateral colour alone, without the blur that all colours share",
+            KnobKind::Switch(Switch {
+                default: false,
+                get: |settings| settings.only_chroma,
+                set: |settings, is_on| settings.only_chroma = is_on,
+            }),
+        )
+    },
 ];

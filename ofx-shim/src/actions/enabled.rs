@@ -102,7 +102,7 @@ fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 24] {
         (&colour::SOURCE_SPACE, by_ocio),
         (&colour::WORKING_SPACE, by_ocio),
         (&render::USE_HOLDOUT, mode == Mode::Apply),
-        (&remove::ONLY_CHROMA, mode == Mode::Remove),
+        (&remove::ONLY_CHROMA, mode != Mode::Relens),
         (named("grain"), removes_all),
         (&remove::CHECK_LENS, mode != Mode::Apply),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),

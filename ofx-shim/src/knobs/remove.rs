@@ -7,7 +7,7 @@ use super::{Group, Kind, Knob, Own, Rows};
 pub(crate) static ONLY_CHROMA: Knob = Knob {
     name: c"onlyChroma",
     label: c"Only Chroma",
-    hint: c"Remove: takes lateral and axial colour off, and sharpens nothing else: every colour gets the blur of the colour whose blur is of middle size.",
+    hint: c"Remove: takes lateral and axial colour off, and sharpens nothing else: every colour gets the blur of the colour whose blur is of middle size. Apply: the lens's lateral and axial colour alone; the sharpest colour stays sharp.",
     kind: Kind::Switch(false),
 };
 

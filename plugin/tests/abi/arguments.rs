@@ -101,6 +101,11 @@ fn null_pointers_are_refused_by_every_call() {
             region_of_interest(lens.0, &plate, &AREA, null_mut()),
             "region",
         );
+        let distance_at =
+            |lens, plate, distance| (exports.distance_at)(lens, &settings, plate, 5, 5, distance);
+        argument(distance_at(null(), &plate, &mut 0.0), "lens");
+        argument(distance_at(lens.0, null(), &mut 0.0), "plate");
+        argument(distance_at(lens.0, &plate, null_mut()), "distance");
         argument((exports.memory)(&settings, null(), 0, &mut bytes), "plate");
         argument((exports.memory)(&settings, &plate, 0, null_mut()), "bytes");
         let kernel =

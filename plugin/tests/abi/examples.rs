@@ -69,6 +69,65 @@ fn the_c_example_blurs_an_image_and_prints_errors() {
     assert!(stderr.contains("none.json: could not be read"), "{stderr}");
 }
 
+/// Lays out header, library and package file as the release archive does.
+#[test]
+fn a_program_is_built_by_pkg_config() {
+    if !cfg!(unix) || !is_installed("cc") || !is_installed("pkg-config") {
+        return skip("no C compiler `cc` or no `pkg-config`");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let place = |from: &Path, to: &str| {
+        let to = folder.path().join(to);
+        std::fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
+        std::fs::copy(from, to).expect("copied");
+    };
+    let library = library();
+    let name = library.file_name().expect("a name").to_string_lossy();
+    place(&library, &format!("lib/{name}"));
+    place(&package.join("include/seidel.h"), "include/seidel.h");
+    let text = std::fs::read_to_string(package.join("package/seidel.pc")).expect("the template");
+    let text = text.replace("@VERSION@", env!("CARGO_PKG_VERSION"));
+    let packages = folder.path().join("lib/pkgconfig");
+    std::fs::create_dir_all(&packages).expect("a folder");
+    std::fs::write(packages.join("seidel.pc"), text).expect("written");
+
+    let ask = |question: &[&str]| {
+        let output = Command::new("pkg-config")
+            .args(question)
+            .arg("seidel")
+            .env("PKG_CONFIG_PATH", &packages)
+            .output()
+            .expect("pkg-config runs");
+        assert_success(&output);
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    assert_eq!(ask(&["--modversion"]).trim(), version);
+    let program = folder.path().join("apply");
+    let compiled = Command::new("cc")
+        .arg("-std=c99")
+        .arg(package.join("examples/apply.c"))
+        .args(ask(&["--cflags", "--libs"]).split_whitespace())
+        .args(["-lm", "-o"])
+        .arg(&program)
+        .output()
+        .expect("cc runs");
+    assert_success(&compiled);
+    let output = Command::new(&program)
+        .arg(write_lens(folder.path()))
+        .env("LD_LIBRARY_PATH", folder.path().join("lib"))
+        .env("DYLD_LIBRARY_PATH", folder.path().join("lib"))
+        .output()
+        .expect("it runs");
+    assert_success(&output);
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        stdout.starts_with(&format!("seidel {version}:")),
+        "{stdout}"
+    );
+}
+
 #[test]
 fn the_header_is_valid_cpp() {
     if !cfg!(unix) || !is_installed("c++") {

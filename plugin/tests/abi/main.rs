@@ -5,6 +5,7 @@ mod arguments;
 mod examples;
 mod images;
 mod lenses;
+mod pick;
 mod remove;
 mod support;
 mod threads;

@@ -1,6 +1,7 @@
 //! `cargo xtask dist`: the release archive of this platform, with notices and checksums.
 
 mod archive;
+mod package;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -95,6 +96,14 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
         "include/seidel.h",
         Mode::Text,
     )?);
+    let version = version(root)?;
+    let (library, _) = &binaries[1];
+    let names = package::Names {
+        version: &version,
+        library,
+        import: binaries.get(2).map_or(library, |(import, _)| import),
+    };
+    entries.extend(package::entries(root, &names)?);
     let name = bundle
         .path
         .file_name()
@@ -117,7 +126,7 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
         entries.extend(manual(&release.join(&binaries[0].0), &output)?);
     }
 
-    let name = format!("seidel-{}-{triple}", version(root)?);
+    let name = format!("seidel-{version}-{triple}");
     let folder = options.to.unwrap_or_else(|| output.join("dist"));
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let archive = archive::write(&folder, &name, entries)?;
@@ -139,10 +148,18 @@ fn binaries(triple: &str) -> Vec<(String, String)> {
     } else {
         ("seidel", "libseidel_c.so")
     };
-    vec![
+    let mut binaries = vec![
         (program.to_owned(), format!("bin/{program}")),
         (library.to_owned(), format!("lib/{library}")),
-    ]
+    ];
+    // Programs on Windows link by the import library.
+    let import = match triple {
+        _ if triple.ends_with("windows-msvc") => Some("seidel_c.dll.lib"),
+        _ if triple.contains("windows") => Some("libseidel_c.dll.a"),
+        _ => None,
+    };
+    binaries.extend(import.map(|import| (import.to_owned(), format!("lib/{import}"))));
+    binaries
 }
 
 /// Returns the manual pages that `program` writes.
@@ -193,7 +210,11 @@ mod tests {
     #[test]
     fn everything_that_the_archive_names_exists() {
         let root = crate::workspace::root();
-        for text in TEXTS.into_iter().chain([LENSES[0], header::PATH]) {
+        let templates = package::TEMPLATES.map(|[from, _]| from);
+        for text in (TEXTS.into_iter())
+            .chain([LENSES[0], header::PATH])
+            .chain(templates)
+        {
             assert!(root.join(text).exists(), "{text}");
         }
         assert!(

@@ -43,6 +43,11 @@ pub(crate) struct RunArgs {
     /// The same as --provenance none
     #[arg(long, conflicts_with = "provenance")]
     no_provenance: bool,
+    /// File of defaults for options that are not given: seidel.toml in the working folder or above it if omitted; none for none
+    ///
+    /// Its keys are long options; those in a section such as [apply] are of that command alone.
+    #[arg(long, value_name = "FILE")]
+    defaults: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) progress: ProgressArgs,
 }

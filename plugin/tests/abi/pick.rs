@@ -1,0 +1,37 @@
+//! The object distance at a pixel.
+
+use seidel_c::*;
+
+use crate::support::{
+    LensHandle, TestImage, assert_ok, assert_refused, exports, plate, rect, settings,
+};
+
+#[test]
+fn the_distance_is_that_of_the_pixel_without_fine_gaps() {
+    let area = rect(-3, 5, 40, 30);
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::pattern(area, 3);
+    let depth = TestImage::from_fn(area, 1, |x, y, _| match x {
+        _ if (x, y) == (8, 15) => 90.0,
+        ..20 => 1.5,
+        _ => 6.0,
+    });
+    let (image, depth_image) = (source.input(), depth.input());
+    let mut plate = plate(&image, area);
+    let pick = |plate: &SeidelPlate, x, y| {
+        let mut distance = 0.0;
+        // SAFETY: all pointers are valid.
+        let status =
+            unsafe { (exports().distance_at)(lens.0, &settings(), plate, x, y, &mut distance) };
+        (status, distance)
+    };
+    assert_eq!(pick(&plate, 8, 15), (SeidelStatus::Ok, 2.0));
+    plate.depth = &depth_image;
+    for (x, metres) in [(8, 1.5), (30, 6.0)] {
+        let (status, distance) = pick(&plate, x, 15);
+        assert_ok(status);
+        assert!((distance - metres).abs() < 1e-5, "{distance}");
+    }
+    let (status, _) = pick(&plate, -4, 15);
+    assert_refused(status, SeidelStatus::Argument, "pixel (-4, 15)");
+}
