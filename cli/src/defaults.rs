@@ -86,8 +86,9 @@ pub(crate) fn with_defaults(
     };
     let is_free = |arg: &Arg| {
         let mut rivals = given.iter();
-        !rivals.any(|given| contradict(arg, given) || contradict(given, arg))
-            && !(has_ocio && arg.get_id() == "ocio")
+        let is_contradicted = rivals.any(|given| contradict(arg, given) || contradict(given, arg));
+        let is_in_environment = has_ocio && arg.get_id() == "ocio";
+        !is_contradicted && !is_in_environment
     };
     let chosen = chosen.into_iter().filter(|(arg, _)| is_free(arg));
     let words: Vec<OsString> = chosen.map(|(_, word)| word).collect();

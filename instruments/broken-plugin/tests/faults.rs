@@ -7,7 +7,9 @@ use std::process::ExitCode;
 
 use seidel_ofx_host::checks::{self, ALL};
 use seidel_ofx_host::drive::Library;
-use seidel_ofx_host::runner::{Outcome, built_plugin, child_main, run_all, run_isolated};
+use seidel_ofx_host::runner::{
+    Outcome, built_plugin, child_main, in_parallel, run_all, run_isolated,
+};
 use seidel_ofx_host::subject::Subject;
 
 /// A fault, and how it must be found.
@@ -283,7 +285,7 @@ fn wrong_export_is_found(file: &Path) -> Result<(), String> {
     }
 }
 
-type Test<'a> = (&'a str, Box<dyn Fn() -> Result<(), String> + 'a>);
+type Test<'a> = (&'a str, Box<dyn Fn() -> Result<(), String> + Sync + 'a>);
 
 fn main() -> ExitCode {
     if let Some(code) = child_main() {
@@ -317,16 +319,15 @@ fn main() -> ExitCode {
             .map(|row| -> Test<'_> { (row.fault, Box::new(|| fault_is_found(file, row))) }),
     );
     tests.retain(|(name, _)| filters.is_empty() || filters.iter().any(|f| name.contains(f)));
-    let mut failed = 0;
-    for (name, test) in &tests {
-        match test() {
+    let passed = in_parallel(&tests, |(name, test)| {
+        let result = test();
+        match &result {
             Ok(()) => println!("test {name} ... ok"),
-            Err(error) => {
-                failed += 1;
-                println!("test {name} ... FAILED\n    {error}");
-            }
+            Err(error) => println!("test {name} ... FAILED\n    {error}"),
         }
-    }
+        result.is_ok()
+    });
+    let failed = passed.iter().filter(|passed| !**passed).count();
     println!("\n{} tests, {failed} failed", tests.len());
     if failed == 0 {
         ExitCode::SUCCESS

@@ -203,23 +203,28 @@ pub fn run_all(
     report: impl Fn(&Outcome) + Sync,
 ) -> Vec<Outcome> {
     let checks = select(filters);
+    in_parallel(&checks, |check| {
+        let outcome = run_isolated(check, subject);
+        report(&outcome);
+        outcome
+    })
+}
+
+/// Calls `work` on all items, [`PARALLEL_CHECKS`] at a time, and returns the results in the order in which they are ready.
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
-    let outcomes = Mutex::new(Vec::new());
+    let results = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..PARALLEL_CHECKS {
             scope.spawn(|| {
-                while let Some(check) = checks.get(next.fetch_add(1, Ordering::SeqCst)) {
-                    let outcome = run_isolated(check, subject);
-                    let mut outcomes = locked(&outcomes);
-                    report(&outcome);
-                    outcomes.push(outcome);
+                while let Some(item) = items.get(next.fetch_add(1, Ordering::SeqCst)) {
+                    let result = work(item);
+                    locked(&results).push(result);
                 }
             });
         }
     });
-    outcomes
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner)
+    results.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Prints the causes of faults, those of most checks first, and the number of failures. Succeeds if at least one check ran and
