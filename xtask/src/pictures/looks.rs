@@ -2,7 +2,7 @@
 
 use super::panels::{Panel, grid};
 use super::programs::Programs;
-use super::samples::{Crop, part_of_file};
+use super::samples::{Crop, part_of_file, with_colour_changed};
 
 /// The part of the demo's plate with its lamps, px.
 const LAMPS: Crop = Crop {
@@ -11,6 +11,11 @@ const LAMPS: Crop = Crop {
     width: 440,
     height: 248,
 };
+
+/// Light above white is this many times dimmer than in the demo's plate, and all of it by the exposure: no disc is clipped, so that the
+/// discs show what a look changes.
+const DIMMED: f32 = 1.0 / 24.0;
+const EXPOSURE: f32 = 0.5;
 
 /// The looks, each with its label.
 const LOOKS: [(&str, &str); 12] = [
@@ -93,9 +98,15 @@ pub(super) fn draw_library(programs: &Programs) -> Result<(), String> {
 
 /// Returns the lamps of the demo's plate, focused at 2 m, with these `options`.
 fn panel(programs: &Programs, options: &str, label: &str) -> Result<Panel, String> {
-    programs.demo()?;
+    let demo = programs.demo()?;
+    let dimmed = |light: f32| EXPOSURE * (light.min(1.0) + DIMMED * (light - 1.0).max(0.0));
+    with_colour_changed(
+        &demo.join("plate.exr"),
+        &programs.work().join("dimmed.exr"),
+        dimmed,
+    )?;
     programs.seidel(&format!(
-        "apply demo/plate.exr -o look.exr --focus-distance 2 {options}"
+        "apply dimmed.exr -o look.exr --focus-distance 2 {options}"
     ))?;
     programs
         .seidel("lut look.exr -o look.png --ocio seidel --in-space lin_rec709 --view sRGB/Plain")?;

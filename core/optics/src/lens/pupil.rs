@@ -292,6 +292,11 @@ impl LocalPupil {
     ///
     /// A negative radius means that the stops pass no light.
     pub fn inscribed_circle(&self) -> ([f64; 2], f64) {
+        self.circle_within_stops(200, 0.95)
+    }
+
+    /// Searches a large circle inside the pupil in so many `steps`, each shorter than the last by the factor `shrink`.
+    fn circle_within_stops(&self, steps: usize, shrink: f64) -> ([f64; 2], f64) {
         let centre = [0.0, 0.0];
         if self.stop_count == 1 {
             return (centre, self.depth(centre));
@@ -300,7 +305,7 @@ impl LocalPupil {
         // Moves away from the nearest edge by decreasing steps; the depth is concave.
         let mut at = centre;
         let mut step: f64 = 0.5;
-        for _ in 0..=200 {
+        for _ in 0..=steps {
             // One square root a stop: `hypot` took a third of the time of a render with an iris of many blades.
             let (mut depth, mut inwards, mut far) = (f64::INFINITY, [0.0; 2], 0.0);
             for stop in self.stops() {
@@ -318,7 +323,7 @@ impl LocalPupil {
             }
             let stride = step.min(far);
             at = [0, 1].map(|axis| at[axis] + stride * inwards[axis] / far);
-            step *= 0.95;
+            step *= shrink;
         }
         best
     }

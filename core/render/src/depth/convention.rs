@@ -48,7 +48,7 @@ pub struct DepthReading {
     pub range_m: Option<(f64, f64)>,
 }
 
-/// What a row of a depth pass holds, as in [`DepthReading`].
+/// The counts and the range of a row of a depth pass, as in [`DepthReading`].
 #[derive(Default)]
 struct RowCounts {
     infinite: usize,

@@ -1,6 +1,5 @@
 //! Quadrature over a pupil: rays from a point of it outwards, and the moments of the light that they carry.
 
-use std::cell::RefCell;
 use std::sync::LazyLock;
 
 use super::{LocalPupil, PINHOLE_RADIUS, Stop, Transmission};
@@ -19,7 +18,6 @@ const FEW_STOPS: usize = 3;
 const LANES: usize = 8;
 
 /// Rays for quadrature over a pupil, from a point of it outwards.
-#[derive(Clone)]
 pub(super) struct Fan {
     /// The point, pupil radii.
     pub(super) centre: [f64; 2],
@@ -72,17 +70,6 @@ impl Fan {
     }
 }
 
-/// A fan, and the stops that it lies within.
-struct KnownFan {
-    stops: Vec<Stop>,
-    fan: Fan,
-}
-
-thread_local! {
-    /// The last fan of this thread: the channels of a lens, and the queries about one point of the field, mostly share it.
-    static LAST_FAN: RefCell<Option<KnownFan>> = const { RefCell::new(None) };
-}
-
 impl LocalPupil {
     /// Returns rays over the pupil.
     pub(super) fn fan(&self) -> Fan {
@@ -101,37 +88,32 @@ impl LocalPupil {
             } else {
                 &FEW_DIRECTIONS
             };
-        LAST_FAN.with_borrow_mut(|last| {
-            let is_known = |known: &&KnownFan| {
-                known.stops == self.stops() && std::ptr::eq(known.fan.directions, directions)
-            };
-            if let Some(known) = last.as_ref().filter(is_known) {
-                return known.fan.clone();
-            }
-            let fan = self.fan_along(directions);
-            *last = Some(KnownFan {
-                stops: self.stops().to_vec(),
-                fan: fan.clone(),
-            });
-            fan
-        })
-    }
-
-    fn fan_along(&self, directions: &'static Directions) -> Fan {
-        let (centre, depth) = self.inscribed_circle();
-        let outer = directions.vectors().iter().map(|[cos, sin]| {
-            if depth > 0.0 {
-                self.edge(centre, *cos, *sin).0
-            } else {
-                PINHOLE_RADIUS
-            }
-        });
+        let (centre, depth) = self.inner_point();
+        let outer = if depth > 0.0 {
+            pulp::Arch::new().dispatch(EdgeSearch {
+                pupil: self,
+                from: centre,
+                directions: directions.vectors(),
+            })
+        } else {
+            vec![PINHOLE_RADIUS; directions.vectors().len()]
+        };
         Fan {
             centre,
             directions,
             inner: vec![0.0; directions.vectors().len()],
-            outer: outer.collect(),
+            outer,
             dark: None,
+        }
+    }
+
+    /// Returns a point well inside the pupil, and its distance from the edge: about the centre of [`LocalPupil::inscribed_circle`].
+    fn inner_point(&self) -> ([f64; 2], f64) {
+        let found = self.circle_within_stops(60, 0.9);
+        if found.1 > 0.1 {
+            found
+        } else {
+            self.inscribed_circle()
         }
     }
 
@@ -157,6 +139,34 @@ impl LocalPupil {
         moments.mu20 += along_x;
         moments.mu02 += along_y;
         (self.sensor.blurred_moments(moments), mean)
+    }
+}
+
+/// The search of the edge of a pupil from a point, in vectors of directions.
+struct EdgeSearch<'a> {
+    pupil: &'a LocalPupil,
+    from: [f64; 2],
+    directions: &'a [[f64; 2]],
+}
+
+impl pulp::NullaryFnOnce for EdgeSearch<'_> {
+    type Output = Vec<f64>;
+
+    /// Returns the distance of the edge in each direction, as [`LocalPupil::edge`].
+    #[inline(always)]
+    fn call(self) -> Vec<f64> {
+        let mut nearest = vec![f64::INFINITY; self.directions.len()];
+        for stop in self.pupil.stops() {
+            let [x, y] = [0, 1].map(|axis| self.from[axis] - stop.centre[axis]);
+            let (away2, radius2) = (x * x + y * y, stop.radius * stop.radius);
+            for (nearest, [cos, sin]) in nearest.iter_mut().zip(self.directions) {
+                let along = x * cos + y * sin;
+                let across2 = (away2 - along * along).max(0.0);
+                let reach = (radius2 - across2).max(0.0).sqrt() - along;
+                *nearest = if reach < *nearest { reach } else { *nearest };
+            }
+        }
+        nearest
     }
 }
 
