@@ -210,7 +210,7 @@ pub fn run_all(
     })
 }
 
-/// Calls `work` on all items, [`PARALLEL_CHECKS`] at a time, and returns the results in the order in which they are ready.
+/// Calls `work` on all items, `PARALLEL_CHECKS` at a time, and returns the results in the order in which they are ready.
 pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::new());
