@@ -12,8 +12,7 @@ const LAMPS: Crop = Crop {
     height: 248,
 };
 
-/// Light above white is this many times dimmer than in the demo's plate, and all of it by the exposure: no disc is clipped, so that the
-/// discs show what a look changes.
+/// Factors on the light above white, and then on all light: discs that are not clipped show the effect of a look.
 const DIMMED: f32 = 1.0 / 24.0;
 const EXPOSURE: f32 = 0.5;
 

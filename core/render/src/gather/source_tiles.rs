@@ -120,6 +120,7 @@ fn lit_tiles(images: &[View], side: i32, origin: [i32; 2]) -> BTreeSet<GridIndex
 /// Rows that one thread searches for light.
 const BAND: usize = 64;
 
+/// Adds the tiles of `side` pixels in which `image` is not zero to `tiles`; the first tile begins at `origin`.
 fn add_lit_tiles(image: &View, side: i32, origin: [i32; 2], tiles: &mut BTreeSet<GridIndex>) {
     let (left, top) = (image.left - origin[0], image.top - origin[1]);
     for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {

@@ -103,7 +103,7 @@ struct CellGrid {
     pyramid: Vec<SizedLevel>,
 }
 
-/// The cells of one size, with what their weights as estimates follow from.
+/// The cells of one size, and the surface of each.
 struct SizedLevel {
     /// Side of a cell, px.
     side: f32,

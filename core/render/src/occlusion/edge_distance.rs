@@ -43,7 +43,7 @@ impl EdgeDistance {
 
 /// Lowers the distances of `row` by way of the three pixels next to each in the row `finished`, empty at the border.
 ///
-/// Three passes without a branch, which the compiler makes of vector instructions.
+/// Three passes without a branch, so that the compiler uses vector instructions.
 fn lower_by_row(row: &mut [u16], finished: &[u16]) {
     if finished.is_empty() {
         return;

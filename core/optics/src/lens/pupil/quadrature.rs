@@ -107,7 +107,10 @@ impl LocalPupil {
         }
     }
 
-    /// Returns a point well inside the pupil, and its distance from the edge: about the centre of [`LocalPupil::inscribed_circle`].
+    /// Returns a point well inside the pupil, and its distance from the edge, pupil radii.
+    ///
+    /// Sixty steps reach the centre of [`LocalPupil::inscribed_circle`] within a hundredth of a radius, and any inner point serves a
+    /// quadrature. A narrow pupil needs the full search.
     fn inner_point(&self) -> ([f64; 2], f64) {
         let found = self.circle_within_stops(60, 0.9);
         if found.1 > 0.1 {

@@ -71,7 +71,7 @@ fn against_alpha(check: &DepthCheck, alpha: &[f32]) -> EdgeCounts {
     })
 }
 
-/// Returns the sum of what `add` counts in each row.
+/// Returns the counts of all rows; `add` counts the pixels of one.
 fn counts_of_rows(check: &DepthCheck, add: impl Fn(&mut EdgeCounts, usize) + Sync) -> EdgeCounts {
     let rows = (0..check.height).into_par_iter();
     let counts = rows.fold(EdgeCounts::default, |mut counts, row| {
