@@ -39,9 +39,8 @@ impl LocalPupil {
             let passes = rays.iter().any(|(_, u)| disc.depth(*u) <= 0.0);
             return passes.then_some(Shadow::Part(disc));
         }
-        let directions = MORE_DIRECTIONS.vectors().iter();
-        let reaches = directions.map(|[cos, sin]| self.edge(disc.centre, *cos, *sin).0);
-        let farthest = reaches.fold(0.0, f64::max);
+        let reaches = self.edges(disc.centre, &MORE_DIRECTIONS);
+        let farthest = reaches.into_iter().fold(0.0, f64::max);
         Some(Shadow::Ring(Stop {
             radius: disc.radius.min(LARGEST * farthest),
             ..disc
@@ -60,10 +59,7 @@ impl LocalPupil {
             }
             None => return self.fan_within_stops(),
         };
-        let directions = MORE_DIRECTIONS.vectors().iter();
-        let outer: Vec<f64> = directions
-            .map(|[cos, sin]| self.edge(disc.centre, *cos, *sin).0)
-            .collect();
+        let outer = self.edges(disc.centre, &MORE_DIRECTIONS);
         Fan {
             centre: disc.centre,
             directions: &MORE_DIRECTIONS,

@@ -90,11 +90,7 @@ impl LocalPupil {
             };
         let (centre, depth) = self.inner_point();
         let outer = if depth > 0.0 {
-            pulp::Arch::new().dispatch(EdgeSearch {
-                pupil: self,
-                from: centre,
-                directions: directions.vectors(),
-            })
+            self.edges(centre, directions)
         } else {
             vec![PINHOLE_RADIUS; directions.vectors().len()]
         };
@@ -105,6 +101,15 @@ impl LocalPupil {
             outer,
             dark: None,
         }
+    }
+
+    /// Returns the distance from the inner point `from` to the edge in each direction, as [`LocalPupil::edge`].
+    pub(super) fn edges(&self, from: [f64; 2], directions: &Directions) -> Vec<f64> {
+        pulp::Arch::new().dispatch(EdgeSearch {
+            pupil: self,
+            from,
+            directions: directions.vectors(),
+        })
     }
 
     /// Returns a point well inside the pupil, and its distance from the edge, pupil radii.
@@ -155,7 +160,6 @@ struct EdgeSearch<'a> {
 impl pulp::NullaryFnOnce for EdgeSearch<'_> {
     type Output = Vec<f64>;
 
-    /// Returns the distance of the edge in each direction, as [`LocalPupil::edge`].
     #[inline(always)]
     fn call(self) -> Vec<f64> {
         let mut nearest = vec![f64::INFINITY; self.directions.len()];
