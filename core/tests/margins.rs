@@ -1,4 +1,5 @@
-//! Independence of a plate with depth from the margin about it; results of brighter and of mirrored plates.
+//! Independence of a plate with depth from the margin about it; results of brighter and of mirrored plates, and of settings written in
+//! another way.
 
 use seidel_core::{
     Depth, DepthPass, Edges, Expand, Image, Lens, LensSession, Margins, Plate, PlateGeometry,
@@ -228,5 +229,88 @@ fn mirrored_elements_without_lights_give_mirrored_results() {
         let squares = back.zip(&own).map(|(a, b)| f64::from(a - b).powi(2));
         let psnr = -10.0 * (squares.sum::<f64>() / own.len() as f64).log10();
         assert!(psnr > 72.0, "across {across}, down {down}: {psnr} dB");
+    }
+}
+
+/// The profile's own focus, f-number and focal length, stated again, are no change; depth in another unit or convention is the same depth.
+#[test]
+fn settings_written_in_another_way_give_the_same_result() {
+    use seidel_core::{Controls, DepthConvention, DepthMeaning, ObjectDistance};
+    let frame = |controls: Controls, convention: DepthConvention, value: fn(f32) -> f32| {
+        let mut settings = settings(Quality::Final);
+        settings.controls = controls;
+        let mut plate = plate(ELEMENT, Alpha::Kept, element_at);
+        let Depth::Pass(pass) = &mut plate.depth else {
+            panic!("a depth pass")
+        };
+        pass.samples
+            .iter_mut()
+            .for_each(|sample| *sample = value(*sample));
+        pass.meaning = DepthMeaning {
+            convention,
+            ..DepthMeaning::METRES
+        };
+        let prepared = session(&lens(), &settings).prepare(plate);
+        rendered(&prepared.expect("a plate")).concat()
+    };
+    let metres = DepthConvention::Distance {
+        metres_per_unit: 1.0,
+    };
+    let own = frame(Controls::default(), metres, |z| z);
+    let stated = [
+        Controls {
+            f_number: Some(0.95),
+            ..Controls::default()
+        },
+        Controls {
+            focus_distance: Some(ObjectDistance::Metres(2.0)),
+            ..Controls::default()
+        },
+        Controls {
+            focal_length_mm: Some(50.0),
+            ..Controls::default()
+        },
+    ];
+    for controls in stated {
+        assert_eq!(
+            largest_difference(&frame(controls, metres, |z| z), &own),
+            0.0,
+            "{controls:?}"
+        );
+    }
+    let (near_m, far_m) = (1.0, 9.0);
+    let conventions: [(DepthConvention, fn(f32) -> f32); 5] = [
+        (
+            DepthConvention::Distance {
+                metres_per_unit: 0.001,
+            },
+            |z| 1000.0 * z,
+        ),
+        (
+            DepthConvention::Distance {
+                metres_per_unit: -0.3048,
+            },
+            |z| z / -0.3048,
+        ),
+        (
+            DepthConvention::Inverse {
+                metres_per_unit: 1.0,
+            },
+            |z| 1.0 / z,
+        ),
+        (DepthConvention::FarOne { near_m, far_m }, |z| {
+            (z - 1.0) / 8.0
+        }),
+        (DepthConvention::FarZero { near_m, far_m }, |z| {
+            (9.0 - z) / 8.0
+        }),
+    ];
+    let brightest = own.iter().copied().fold(0.0, f32::max);
+    for (convention, value) in conventions {
+        let apart = largest_difference(&frame(Controls::default(), convention, value), &own);
+        assert!(
+            apart < 1e-5 * brightest,
+            "{convention:?}: {apart} of {brightest}"
+        );
     }
 }

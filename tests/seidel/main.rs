@@ -16,6 +16,7 @@ mod depth;
 mod depth_check;
 mod depth_scenes;
 mod diagnose;
+mod dof_truths;
 mod elements;
 mod eval;
 mod fit;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use crate::support::{read_channel, real_data, succeeds};
 
 /// Columns of the scenes.
-const WIDTH: usize = 304;
+pub(crate) const WIDTH: usize = 304;
 /// Border that is left out, px.
 const BORDER: usize = 24;
 
 /// Returns the PSNR over all colours, of samples limited to 0 to 1, in dB.
-fn decibels(one: &Path, other: &Path, width: usize) -> f64 {
+pub(crate) fn decibels(one: &Path, other: &Path, width: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for colour in ["R", "G", "B"] {
         let [a, b] = [one, other].map(|path| read_channel(path, colour));
@@ -27,13 +27,13 @@ fn decibels(one: &Path, other: &Path, width: usize) -> f64 {
 }
 
 /// A scene of `data/dof`: the picture of a pinhole camera with its depth, and that of a real aperture.
-struct Scene {
-    lens: PathBuf,
-    plate: PathBuf,
-    truth: PathBuf,
+pub(crate) struct Scene {
+    pub(crate) lens: PathBuf,
+    pub(crate) plate: PathBuf,
+    pub(crate) truth: PathBuf,
 }
 
-fn scene(name: &str) -> Option<Scene> {
+pub(crate) fn scene(name: &str) -> Option<Scene> {
     let folder = real_data("dof")?;
     let file = |part: &str| folder.join(format!("{name}_{part}"));
     Some(Scene {

@@ -30,4 +30,11 @@ impl LayeredPlate<'_> {
         let columns = span(column, width);
         span(row, height).flat_map(move |y| columns.clone().map(move |x| y * width + x))
     }
+
+    /// Returns the squared distance of two pixels, px².
+    pub(super) fn distance_squared(&self, one: usize, other: usize) -> f64 {
+        let across = (one % self.width).abs_diff(other % self.width);
+        let down = (one / self.width).abs_diff(other / self.width);
+        (across.pow(2) + down.pow(2)) as f64
+    }
 }

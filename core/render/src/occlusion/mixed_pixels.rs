@@ -4,8 +4,8 @@
 //! has one depth. Assigned to the foreground as a whole it carries a sharp speck of a blurred background; assigned to
 //! the background its light is smeared out and the foreground's edge is ragged.
 //!
-//! For every pixel at a jump in depth, with F and B the mean light of the near and the far side close by, the coverage
-//! of the near side is estimated by regularised least squares over all planes,
+//! For every pixel at a jump in depth, with F and B the mean light of the near and the far side close by, the closest pixels above all, the
+//! coverage of the near side is estimated by regularised least squares over all planes,
 //!
 //!   a = ((I - B).(F - B) + v a0) / (|F - B|^2 + v),   clamped to 0..1,
 //!
@@ -139,9 +139,17 @@ struct EdgePixel {
     purity: f32,
 }
 
-/// Returns the weight of a pixel as an example of its side.
-fn example_weight(edge: Option<EdgePixel>) -> f64 {
-    edge.map_or(1.0, |edge| f64::from(edge.purity).powi(8))
+/// Returns the weight of a pixel of the near or the far side as an example of that side's light, at a squared distance in px².
+///
+/// The powers were chosen on five truths of docs/background/depth-edges.md. The far side is often seen between thin things, where the closest
+/// pixel is rarely pure.
+fn example_weight(edge: Option<EdgePixel>, near: bool, distance_squared: f64) -> f64 {
+    let purity = edge.map_or(1.0, |edge| f64::from(edge.purity));
+    if near {
+        purity.powi(2) / distance_squared.powi(3)
+    } else {
+        purity.powi(8) / (distance_squared * distance_squared.sqrt())
+    }
 }
 
 /// Finds the pixels at a jump; the others are `None`.
@@ -220,6 +228,8 @@ impl RowSpans {
 
 /// The estimated coverage of a pixel at a jump.
 struct CoverageEstimate {
+    /// Pixels of a side close by, with their weights.
+    examples: Vec<(usize, f64)>,
     /// Mean light of the far and the near side close by, one value per plane.
     mean: [Vec<f64>; 2],
     /// Variance within each side, summed over the planes of light, and over those of coverage.
@@ -233,6 +243,7 @@ struct CoverageEstimate {
 impl CoverageEstimate {
     fn new(planes: usize) -> Self {
         Self {
+            examples: Vec::new(),
             mean: [vec![0.0; planes], vec![0.0; planes]],
             spread: [[0.0; 2]; 2],
             coverage: 0.0,
@@ -263,8 +274,15 @@ impl CoverageEstimate {
             let of_side = input
                 .neighbourhood(index, RADIUS_PX)
                 .filter(|&other| other != index && (input.coordinates[other] > middle) == near);
-            let examples = of_side.map(|other| (other, example_weight(edges[other])));
-            if !self.average(input, side, examples) {
+            let mut examples = std::mem::take(&mut self.examples);
+            examples.clear();
+            examples.extend(of_side.map(|other| {
+                let distance_squared = input.distance_squared(index, other);
+                (other, example_weight(edges[other], near, distance_squared))
+            }));
+            let is_visible = self.average(input, side, &examples);
+            self.examples = examples;
+            if !is_visible {
                 return false;
             }
         }
@@ -307,25 +325,20 @@ impl CoverageEstimate {
 
     /// Computes mean and variance of the light of weighted pixels for `side` (0 far, 1 near); returns false without
     /// any.
-    fn average(
-        &mut self,
-        input: &LayeredPlate,
-        side: usize,
-        pixels: impl Iterator<Item = (usize, f64)> + Clone,
-    ) -> bool {
+    fn average(&mut self, input: &LayeredPlate, side: usize, pixels: &[(usize, f64)]) -> bool {
         self.spread[side] = [0.0; 2];
-        let total: f64 = pixels.clone().map(|(_, weight)| weight).sum();
+        let total: f64 = pixels.iter().map(|(_, weight)| weight).sum();
         if total == 0.0 {
             return false;
         }
         let planes = self.mean[side].iter_mut().zip(input.planes).enumerate();
         for (index, (mean, plane)) in planes {
             let light = |pixel: usize| f64::from(plane.samples[pixel]);
-            let sum: f64 = pixels.clone().map(|(pixel, w)| w * light(pixel)).sum();
+            let sum: f64 = pixels.iter().map(|(pixel, w)| w * light(*pixel)).sum();
             *mean = sum / total;
             let squares = pixels
-                .clone()
-                .map(|(pixel, w)| w * (light(pixel) - *mean).powi(2));
+                .iter()
+                .map(|(pixel, w)| w * (light(*pixel) - *mean).powi(2));
             let kind = usize::from(index >= input.light_count);
             self.spread[side][kind] += squares.sum::<f64>() / total;
         }

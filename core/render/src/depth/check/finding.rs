@@ -80,6 +80,15 @@ pub enum DepthProblem {
         /// Share of them whose depth is the surface's depth times its coverage.
         share: f64,
     },
+    /// Depth is averaged at edges, by a filter or over the motion of a shutter.
+    Averaged {
+        /// Edges examined, along rows and columns.
+        edges: usize,
+        /// Share of them that are averages of both sides.
+        share: f64,
+        /// Their median width, px.
+        width_px: usize,
+    },
     /// Edges of depth lie on those of the picture in another place only.
     Misplaced {
         /// That place.
@@ -153,6 +162,15 @@ impl fmt::Display for DepthProblem {
             Self::Premultiplied { pixels, share } => write!(
                 f,
                 "depth seems multiplied by coverage, or filtered against zero: on {:.0} % of {pixels} edge pixels it is a fraction of the surface's depth",
+                100.0 * share
+            ),
+            Self::Averaged {
+                edges,
+                share,
+                width_px,
+            } => write!(
+                f,
+                "depth seems averaged at edges, by a filter or over a motion: {:.0} % of {edges} edges are even ramps between both sides, {width_px} px wide",
                 100.0 * share
             ),
             Self::Misplaced {

@@ -8,6 +8,7 @@ mod finding;
 mod patches;
 mod picture;
 mod planes;
+mod ramps;
 #[cfg(test)]
 mod scenes;
 #[cfg(test)]
@@ -85,11 +86,14 @@ impl DepthCheck<'_> {
                 .or_else(|| planes::wrong_reading(self))
                 .or_else(|| values::unit(self))
         };
-        let ((meaning, filtered), (misplaced, quantised)) = rayon::join(
-            || rayon::join(meaning, || edges::filtered(self)),
+        let filtered = || rayon::join(|| edges::filtered(self), || ramps::averaged(self));
+        let ((meaning, (filtered, averaged)), (misplaced, quantised)) = rayon::join(
+            || rayon::join(meaning, filtered),
             || rayon::join(|| picture::misplaced(self), || values::quantised(self)),
         );
-        let found = [meaning, filtered, misplaced, quantised];
+        // Slanted surfaces in the reciprocal of distance look like averages.
+        let averaged = averaged.filter(|_| meaning.is_none() && filtered.is_none());
+        let found = [meaning, filtered, averaged, misplaced, quantised];
         let mut findings: Vec<DepthFinding> = found.into_iter().flatten().collect();
         findings.sort_by_key(|f| f.severity != Severity::Warning);
         Ok(findings)

@@ -185,6 +185,7 @@ fn name(problem: &DepthProblem) -> &'static str {
         DepthProblem::Normalised { .. } => "normalised",
         DepthProblem::Colour => "colour",
         DepthProblem::Premultiplied { .. } => "premultiplied",
+        DepthProblem::Averaged { .. } => "averaged",
         DepthProblem::Misplaced { .. } => "misplaced",
         DepthProblem::Quantised { .. } => "quantised",
         DepthProblem::Constant { .. } => "constant",
