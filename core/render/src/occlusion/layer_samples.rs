@@ -146,25 +146,25 @@ impl BlockRect {
     }
 }
 
-impl LayerSource<'_> {
-    /// Returns the crops of the plate that the light of each layer reaches, without what is too far from `window` for its light to get
-    /// there. Crops of a layer do not overlap, and no light of one reaches another.
-    pub(super) fn crops(
-        &self,
-        scene: &Scene,
-        layers: &DepthLayers,
-        window: RenderWindow,
-    ) -> Vec<Vec<RenderWindow>> {
-        let blocks = Blocks::new(scene);
-        let lit = self.lit(&blocks, layers);
-        lit.par_iter()
-            .enumerate()
-            .map(|(layer, lit)| reached_crops(scene, &blocks, lit, layers.vergence(layer), window))
-            .collect()
-    }
+/// Returns the crops of the plate that the light of each layer reaches, without what is too far from `window` for its light to get
+/// there; `lit` holds the blocks with samples. Crops of a layer do not overlap, and no light of one reaches another.
+pub(super) fn crops(
+    scene: &Scene,
+    lit: &[Vec<bool>],
+    layers: &DepthLayers,
+    window: RenderWindow,
+) -> Vec<Vec<RenderWindow>> {
+    let blocks = Blocks::new(scene);
+    lit.par_iter()
+        .enumerate()
+        .map(|(layer, lit)| reached_crops(scene, &blocks, lit, layers.vergence(layer), window))
+        .collect()
+}
 
+impl LayerSource<'_> {
     /// Returns for each layer which blocks hold samples, row-major.
-    fn lit(&self, blocks: &Blocks, layers: &DepthLayers) -> Vec<Vec<bool>> {
+    pub(super) fn lit(&self, scene: &Scene, layers: &DepthLayers) -> Vec<Vec<bool>> {
+        let blocks = &Blocks::new(scene);
         let row_of_blocks = |block_row: usize| {
             let mut lit = vec![vec![false; blocks.columns]; layers.len()];
             let mut add = |coordinate: f32, column: usize| {

@@ -37,16 +37,21 @@ const MIN_SHARE: f32 = 0.01;
 
 /// The pixels of a plate at jumps in depth.
 pub(super) struct MixedPixels {
-    /// `None` elsewhere.
-    edges: Vec<Option<EdgePixel>>,
+    /// Weighted share of the surrounding pixels on the own side: less than one at jumps, one elsewhere.
+    purity: Vec<f32>,
 }
 
 impl MixedPixels {
     /// Finds the pixels of `input` at jumps.
     pub(super) fn new(input: &LayeredPlate) -> Self {
         Self {
-            edges: edge_pixels(input),
+            purity: purity_of_pixels(input),
         }
+    }
+
+    /// Returns pixel `index` if it lies at a jump.
+    fn edge(&self, input: &LayeredPlate, index: usize) -> Option<EdgePixel> {
+        (self.purity[index] < 1.0).then(|| EdgePixel::new(input, index))
     }
 
     /// Returns the signed corrections of the samples of `input` that move mixed light to its side, row by row. `behind` is what the plate
@@ -63,12 +68,12 @@ impl MixedPixels {
             let mut estimate = CoverageEstimate::new(input.planes.len());
             for column in 0..input.width {
                 let index = row * input.width + column;
-                let Some(edge) = &self.edges[index] else {
+                let Some(edge) = self.edge(input, index) else {
                     continue;
                 };
-                let behind = behind.and_then(|clean| clean.behind(input, index, *edge));
-                if estimate.update(input, &self.edges, index, *edge, behind.as_deref()) {
-                    estimate.correct(input, index, *edge, &brightest, &mut out);
+                let behind = behind.and_then(|clean| clean.behind(input, index, edge));
+                if estimate.update(input, &self.purity, index, edge, behind.as_deref()) {
+                    estimate.correct(input, index, edge, &brightest, &mut out);
                 }
             }
             out
@@ -79,11 +84,11 @@ impl MixedPixels {
     /// Returns the layer coordinate of the side of the jump that most light of pixel `index` comes from; its own away from jumps.
     pub(super) fn coordinate_of_light(&self, input: &LayeredPlate, index: usize) -> f32 {
         let own = input.coordinates[index];
-        let Some(edge) = self.edges[index] else {
+        let Some(edge) = self.edge(input, index) else {
             return own;
         };
         let mut estimate = CoverageEstimate::new(input.planes.len());
-        if !estimate.update(input, &self.edges, index, edge, None) {
+        if !estimate.update(input, &self.purity, index, edge, None) {
             return own;
         }
         let (mut of_far, mut all) = (0.0, 0.0);
@@ -143,8 +148,8 @@ struct EdgePixel {
 ///
 /// The powers were chosen on five truths of docs/background/depth-edges.md. The far side is often seen between thin things, where the closest
 /// pixel is rarely pure.
-fn example_weight(edge: Option<EdgePixel>, near: bool, distance_squared: f64) -> f64 {
-    let purity = edge.map_or(1.0, |edge| f64::from(edge.purity));
+fn example_weight(purity: f32, near: bool, distance_squared: f64) -> f64 {
+    let purity = f64::from(purity);
     if near {
         purity.powi(2) / distance_squared.powi(3)
     } else {
@@ -152,9 +157,9 @@ fn example_weight(edge: Option<EdgePixel>, near: bool, distance_squared: f64) ->
     }
 }
 
-/// Finds the pixels at a jump; the others are `None`.
-fn edge_pixels(input: &LayeredPlate) -> Vec<Option<EdgePixel>> {
-    let edge = |index: usize| {
+impl EdgePixel {
+    /// Pixel `index`, which lies at a jump.
+    fn new(input: &LayeredPlate, index: usize) -> Self {
         let own = input.coordinates[index];
         let (mut least, mut largest) = (own, own);
         let (mut of_own, mut all) = (0.0, 0.0);
@@ -171,25 +176,28 @@ fn edge_pixels(input: &LayeredPlate) -> Vec<Option<EdgePixel>> {
             }
         }
         let near = own - least > largest - own;
-        let other = if near { least } else { largest };
-        ((own - other).abs() > JUMP).then(|| EdgePixel {
+        Self {
             near,
-            other,
+            other: if near { least } else { largest },
             purity: of_own / all,
-        })
-    };
+        }
+    }
+}
+
+/// Returns [`MixedPixels::purity`].
+fn purity_of_pixels(input: &LayeredPlate) -> Vec<f32> {
     let (width, height) = (input.width, input.height);
-    let mut edges = vec![None; width * height];
-    let rows = edges.par_chunks_mut(width.max(1)).enumerate();
+    let mut purity = vec![1.0; width * height];
+    let rows = purity.par_chunks_mut(width.max(1)).enumerate();
     rows.for_each_init(RowSpans::default, |spans, (row, out)| {
         spans.measure(input, row);
         for (column, out) in out.iter_mut().enumerate() {
             if spans.about(column) > JUMP {
-                *out = edge(row * width + column);
+                *out = EdgePixel::new(input, row * width + column).purity;
             }
         }
     });
-    edges
+    purity
 }
 
 /// The least and the largest layer coordinate in each column of the three rows about one.
@@ -256,7 +264,7 @@ impl CoverageEstimate {
     fn update(
         &mut self,
         input: &LayeredPlate,
-        edges: &[Option<EdgePixel>],
+        purity_of: &[f32],
         index: usize,
         edge: EdgePixel,
         behind: Option<&[f64]>,
@@ -278,7 +286,10 @@ impl CoverageEstimate {
             examples.clear();
             examples.extend(of_side.map(|other| {
                 let distance_squared = input.distance_squared(index, other);
-                (other, example_weight(edges[other], near, distance_squared))
+                (
+                    other,
+                    example_weight(purity_of[other], near, distance_squared),
+                )
             }));
             let is_visible = self.average(input, side, &examples);
             self.examples = examples;

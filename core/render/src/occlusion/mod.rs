@@ -17,6 +17,7 @@ mod disocclusion;
 mod edge_distance;
 mod farthest_nearby;
 mod layer_samples;
+mod layer_stack;
 mod layer_waves;
 mod layered_plate;
 mod mixed_pixels;
@@ -31,13 +32,12 @@ pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 pub use disocclusion::HIDDEN_REACH_PX;
 
 use crate::{
-    Edges, LayerContext, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene,
-    VergencePass, cancelled,
+    Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass, cancelled,
 };
-use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
+use composite::{Outline, SharpMattes};
 use disocclusion::ExtraSamples;
-use layer_samples::{LayerSamples, LayerSource};
-use layer_waves::{CropProgress, LayerCrop, waves};
+use layer_samples::LayerSource;
+use layer_stack::{LayerBlur, LayerStack};
 use layered_plate::LayeredPlate;
 use mixed_pixels::{CleanPlate, MixedPixels};
 use rayon::prelude::*;
@@ -292,60 +292,15 @@ impl LayeredRenderer<'_> {
                 held,
             }),
         };
-        let mixes = PresenceMixes::new(planes);
-        let mut composite = Compositor::new(
-            window,
-            scene.width,
-            mixes.presence_of.clone(),
-            mixes.mix_of.clone(),
-            &mattes,
-        );
-        let crops = source.crops(scene, &layers, window);
-        let layer_blur = LayerBlur {
-            inner: self.inner,
-            mixes: &mixes,
-            planes,
-            context: self.inner.layer_context(scene),
+        let stack = LayerStack {
+            scene,
+            layers: &layers,
+            source: &source,
+            mattes: &mattes,
+            blur: LayerBlur::new(self.inner, scene, planes),
         };
-        let mut statistics = RenderStatistics {
-            layers: crops.iter().filter(|crops| !crops.is_empty()).count(),
-            highlights: small_lights.pixel_count(),
-            ..RenderStatistics::default()
-        };
-        let all: Vec<LayerCrop> = (0..crops.len())
-            .rev()
-            .flat_map(|layer| crops[layer].iter().map(move |crop| (layer, *crop)))
-            .map(|(layer, crop)| LayerCrop { layer, crop })
-            .collect();
-        let progress_of_crops = CropProgress::new(all.len(), progress);
-        for wave in waves(&all, scene.pixel_count()) {
-            let blurred: Vec<Rendered> = all[wave.clone()]
-                .par_iter()
-                .enumerate()
-                .map(|(index, part)| {
-                    let vergence = layers.vergence(part.layer);
-                    let samples = source.layer(layers.coordinate_of(part.layer), part.crop);
-                    let cropped = layer_samples::cropped_scene(scene, part.crop, vergence);
-                    let progress = |share| progress_of_crops.set(wave.start + index, share);
-                    layer_blur.blur(&cropped, &samples, &progress)
-                })
-                .collect::<Result<_>>()?;
-            for (part, blurred) in all[wave].iter().zip(blurred) {
-                statistics.add_part(&blurred.statistics);
-                composite.add(
-                    &BlurredLayer {
-                        layer: part.layer,
-                        coordinate: layers.coordinate_of(part.layer),
-                        vergence: layers.vergence(part.layer),
-                        crop: part.crop,
-                        planes: &blurred.planes[..planes.len()],
-                        presence: &blurred.planes[planes.len()..],
-                    },
-                    &mattes,
-                );
-            }
-        }
-        let mut rendered = composite.finish();
+        let (mut rendered, mut statistics) = stack.render(window, progress)?;
+        statistics.highlights += small_lights.pixel_count();
         for (out, plane) in rendered.iter_mut().zip(planes) {
             remove_overshoot(out, plane.samples, self.inner.overshoot());
         }
@@ -396,60 +351,6 @@ impl LayeredRenderer<'_> {
     }
 }
 
-/// The inner renderer with what all layers of a plate share.
-struct LayerBlur<'a> {
-    inner: &'a dyn Renderer,
-    mixes: &'a PresenceMixes,
-    planes: &'a [Plane<'a>],
-    context: LayerContext,
-}
-
-impl LayerBlur<'_> {
-    /// Blurs the samples of one layer: the planes, then the presence planes.
-    fn blur(
-        &self,
-        scene: &Scene,
-        samples: &LayerSamples,
-        progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Rendered> {
-        let light = samples
-            .planes
-            .iter()
-            .zip(self.planes)
-            .map(|(samples, plane)| Plane {
-                samples,
-                weights: plane.weights,
-            });
-        let presences = self.mixes.presence_weights.iter().map(|weights| Plane {
-            samples: &samples.presence,
-            weights,
-        });
-        let context = &self.context;
-        if scene.edges == Edges::Mirror {
-            let all: Vec<_> = light.chain(presences).collect();
-            return self.inner.render_layer(scene, &all, context, progress);
-        }
-        // Light may leave the plate. Presence must not, or the composite would make up for that light.
-        let light: Vec<_> = light.collect();
-        let presences: Vec<_> = presences.collect();
-        let mut blurred = self
-            .inner
-            .render_layer(scene, &light, context, &|done| progress(0.5 * done))?;
-        let mirrored = Scene {
-            edges: Edges::Mirror,
-            ..*scene
-        };
-        let presence = self
-            .inner
-            .render_layer(&mirrored, &presences, context, &|done| {
-                progress(0.5 + 0.5 * done)
-            })?;
-        blurred.planes.extend(presence.planes);
-        blurred.statistics.add_part(&presence.statistics);
-        Ok(blurred)
-    }
-}
-
 /// Limits results to the brightest of `samples`.
 fn limit_to_brightest(out: &mut [f32], samples: &[f32]) {
     let brightest = samples.par_iter().copied().reduce(|| 0.0, f32::max);
@@ -483,53 +384,4 @@ fn presence_of(hidden: &[ExtraSamples], width: usize) -> Vec<f32> {
         }
     }
     out
-}
-
-/// The distinct channel weights ("mixes") of planes, and the presence planes that they need.
-struct PresenceMixes {
-    /// Index of each plane's mix.
-    mix_of: Vec<usize>,
-    /// Channel weights of the presence planes.
-    presence_weights: Vec<Vec<f64>>,
-    /// For each mix, the weight of each presence plane.
-    presence_of: Vec<Vec<f32>>,
-}
-
-impl PresenceMixes {
-    fn new(planes: &[Plane]) -> Self {
-        let mut mixes: Vec<&[f64]> = Vec::new();
-        let mut mix_of = Vec::with_capacity(planes.len());
-        for plane in planes {
-            let known = mixes.iter().position(|mix| *mix == plane.weights);
-            mix_of.push(known.unwrap_or_else(|| {
-                mixes.push(plane.weights);
-                mixes.len() - 1
-            }));
-        }
-        let channels = mixes.first().map_or(0, |mix| mix.len());
-        let used: Vec<usize> = (0..channels)
-            .filter(|&channel| mixes.iter().any(|mix| mix[channel] != 0.0))
-            .collect();
-        // Blur is linear: with fewer channels than mixes, the presence of a mix is the sum of its channels'.
-        if used.len() < mixes.len() {
-            let unit = |channel: usize| {
-                (0..channels)
-                    .map(|k| f64::from(u8::from(k == channel)))
-                    .collect()
-            };
-            let pick = |mix: &&[f64]| used.iter().map(|&k| mix[k] as f32).collect();
-            return Self {
-                mix_of,
-                presence_weights: used.iter().map(|&k| unit(k)).collect(),
-                presence_of: mixes.iter().map(pick).collect(),
-            };
-        }
-        let count = mixes.len();
-        let unit = |mix: usize| (0..count).map(|k| f32::from(u8::from(k == mix))).collect();
-        Self {
-            mix_of,
-            presence_weights: mixes.iter().map(|mix| mix.to_vec()).collect(),
-            presence_of: (0..count).map(unit).collect(),
-        }
-    }
 }

@@ -45,11 +45,11 @@ pub(super) fn averaged(check: &DepthCheck) -> Option<DepthFinding> {
     let row = |y: usize| check.samples[y * width..][..width].iter().copied();
     let of_columns = columns.collect::<Vec<_>>().into_par_iter().map(column);
     let of_rows = rows.collect::<Vec<_>>().into_par_iter().map(row);
-    let (down, across): (Vec<Edges>, Vec<Edges>) = rayon::join(
-        || of_columns.map(Edges::of_line).collect(),
-        || of_rows.map(Edges::of_line).collect(),
+    let (down, across): (Vec<LineEdges>, Vec<LineEdges>) = rayon::join(
+        || of_columns.map(LineEdges::of_line).collect(),
+        || of_rows.map(LineEdges::of_line).collect(),
     );
-    let mut all = Edges::default();
+    let mut all = LineEdges::default();
     for line in down.into_iter().chain(across) {
         all.count += line.count;
         all.widths.extend(line.widths);
@@ -71,15 +71,15 @@ pub(super) fn averaged(check: &DepthCheck) -> Option<DepthFinding> {
     })
 }
 
-/// Edges of depth along lines of pixels.
+/// LineEdges of depth along lines of pixels.
 #[derive(Default)]
-struct Edges {
+struct LineEdges {
     count: usize,
     /// Widths of those that are averages, px.
     widths: Vec<usize>,
 }
 
-impl Edges {
+impl LineEdges {
     fn of_line(samples: impl Iterator<Item = f32>) -> Self {
         let line: Vec<f32> = samples.collect();
         let mut edges = Self::default();

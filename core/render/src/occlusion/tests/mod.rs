@@ -9,6 +9,7 @@ mod windows;
 
 use super::depth_layers::STEP_SHARE;
 use super::*;
+use crate::Edges;
 use crate::{BlurField, DisplacedBlur, Displacement, PlateMap, Scatter};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint, Meridian};
 use seidel_optics::moments::MeridionalMoments;
