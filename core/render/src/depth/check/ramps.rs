@@ -17,7 +17,7 @@ const BEGINS: f32 = 0.01;
 const CONTINUES: f32 = 0.002;
 /// Least ratio of the distances of an edge's sides.
 const LEAST_RATIO: f32 = 1.22;
-/// Least ratio at which an average and a slanted surface can be told apart.
+/// Least ratio at which an average and a slanted surface can be distinguished.
 const CLEAR_RATIO: f32 = 1.6;
 /// Widths of ramps, px. Narrower edges are sampled once a pixel, or repaired before rendering.
 const WIDTHS: Range<usize> = 3..65;
@@ -26,7 +26,7 @@ const BESIDE: usize = 3;
 const EVEN: f32 = 0.1;
 /// Largest share of an edge in one step of a ramp.
 const LARGEST_STEP: f32 = 0.8;
-/// How far the middle of an average has come.
+/// Share of the edge at the middle of an average.
 const HALFWAY: Range<f32> = 0.42..0.6;
 /// Least number of averaged edges, and least share of all edges.
 const MIN_EDGES: usize = 60;
