@@ -11,6 +11,7 @@ use seidel_core::profile::Provenance;
 use seidel_core::{
     Diagnosis, DiagnosisSettings, LensProfile, ObservationSet, Predictor, Verdict, no_progress,
 };
+use seidel_image_io::observation_set;
 use seidel_optics::effects;
 use seidel_optics::predict::predict_set;
 use seidel_trial::{Conditions, Kind, Recipe, Simulator, Size};
@@ -246,13 +247,24 @@ fn open_cases_of_other_simulators_are_right() {
     }
 }
 
+/// Copies every second observation of the set at `from` to `to`: enough for these cases, in half the time.
+fn halve(from: &Path, to: &Path) {
+    let read = observation_set::read(from, Default::default()).expect("a sound set");
+    let mut set = read.set;
+    let all = std::mem::take(&mut set.observations);
+    set.observations = all.into_iter().step_by(2).collect();
+    observation_set::write(&set, to).expect("writable");
+}
+
 fn check(folder: &Path, case: &Path) {
     let name = case.file_name().expect("a name").to_string_lossy();
-    let path = case.display();
-    succeeds(folder, &format!("fit {path}/design -o @{name}.json"));
+    for set in ["design", "real"] {
+        halve(&case.join(set), &folder.join(format!("{name}-{set}")));
+    }
+    succeeds(folder, &format!("fit @{name}-design -o @{name}.json"));
     let like = "defocus_offset,decentre,motion,vignetting,sensor_tilt,pixel_footprint,higher_order";
     let line =
-        format!("diagnose --lens @{name}.json {path}/real --only {like} --no-pairs --out @{name}");
+        format!("diagnose --lens @{name}.json @{name}-real --only {like} --no-pairs --out @{name}");
     succeeds(folder, &line);
     let read = |path: &Path| fs::read_to_string(path).expect("written");
     let report: Value = serde_json::from_str(&read(&folder.join(&*name).join("report.json")))
@@ -268,7 +280,7 @@ fn check(folder: &Path, case: &Path) {
     assert_eq!(report["added"], truth["effects"], "{name}");
     // The claimed gap, on points held out from the diagnosis.
     let lens = |path: &Path| LensProfile::from_json(&read(path)).expect("a profile");
-    let holdout = seidel_image_io::observation_set::read(&case.join("holdout"), Default::default())
+    let holdout = observation_set::read(&case.join("holdout"), Default::default())
         .expect("a sound set")
         .set;
     let before = gap(&holdout, &lens(&folder.join(format!("{name}.json"))));

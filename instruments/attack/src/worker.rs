@@ -16,9 +16,6 @@ use crate::options::Options;
 use crate::rng::Rng;
 use crate::targets::{self, Attack, Target};
 
-/// Time that a damaged input may take over its undamaged twin.
-pub(crate) const MAX_DELAY: Duration = Duration::from_secs(10);
-
 /// The text and place of the last panic.
 static LAST_PANIC: Mutex<String> = Mutex::new(String::new());
 
@@ -73,23 +70,24 @@ pub(crate) fn run(target: &str, options: &Options) -> ExitCode {
         }
     }
     let last = options.cases.map(|count| options.first + count);
+    let max_delay = target.max_delay();
     let mut number = options.first;
     while last.is_none_or(|last| number < last) {
         report.line(&format!("begin {number}"));
         let (case, time) = runner.run(&mut *attack, number, Inputs::Damaged);
         // Before the next run in this folder, that of the undamaged twin too.
-        if !case.findings.is_empty() || time.counted() > MAX_DELAY {
+        if !case.findings.is_empty() || time.counted() > max_delay {
             runner.keep_inputs(number);
         }
         attack.clean_up(folder);
         for finding in &case.findings {
             report.finding(number, finding);
         }
-        if time.counted() > MAX_DELAY {
+        if time.counted() > max_delay {
             let (_, twin) = runner.run(&mut *attack, number, Inputs::Sound);
             attack.clean_up(folder);
             let (time, twin) = (time.counted(), twin.counted());
-            if time > twin + MAX_DELAY {
+            if time > twin + max_delay {
                 let text = format!("{time:.1?}, and {twin:.1?} undamaged");
                 report.finding(number, &Finding::new(Kind::Slow, text));
             }

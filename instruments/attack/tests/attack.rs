@@ -30,7 +30,7 @@ fn every_planted_fault_is_found_and_stored() {
         "planted:1: panic: ",
         "planted:2: abort: signal 6",
         "planted:3: memory: more than 1 GiB",
-        "planted:4: slow: 11.",
+        "planted:4: slow: 2.",
         "planted:5: silent-change: a planted change",
         "planted:6: message: the error does not name input",
         "planted:7: message: the error has no remedy",

@@ -1,5 +1,7 @@
 //! PSFs from dense rays: a square grid of cells over the pupil, each spread over the box of its landing corners.
 
+use std::ops::Range;
+
 use super::pencil::Pencil;
 use super::sensor::FineGrid;
 
@@ -19,8 +21,8 @@ pub(super) trait RayBundle {
     /// Returns half the width of the region with light at height `y`, and at least that.
     fn half_width(&self, y: f64) -> f64;
 
-    /// Traces the ray through the point `m` of the square.
-    fn ray(&self, m: [f64; 2]) -> Self::Ray;
+    /// Traces the rays through points of the square.
+    fn rays(&self, points: impl Iterator<Item = [f64; 2]>) -> Vec<Self::Ray>;
 
     /// Returns the landing point of a ray relative to the origin, px.
     fn landing(ray: &Self::Ray) -> [f64; 2];
@@ -50,8 +52,8 @@ impl RayBundle for Pencil {
         (1.0 - y * y).max(0.0).sqrt()
     }
 
-    fn ray(&self, m: [f64; 2]) -> [f64; 2] {
-        self.slope(m)
+    fn rays(&self, points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+        points.map(|m| self.slope(m)).collect()
     }
 
     fn landing(ray: &[f64; 2]) -> [f64; 2] {
@@ -70,10 +72,10 @@ pub(super) fn trace<B: RayBundle>(bundle: &B, centre: [f64; 2], cells: usize, fi
     let cell = 2.0 / cells as f64;
     let origin = bundle.origin();
     let offset = [origin[0] - centre[0], origin[1] - centre[1]];
-    let corner = |row: usize, column: usize| {
-        bundle.ray([column as f64 * cell - 1.0, row as f64 * cell - 1.0])
+    let corners = |row: usize, columns: Range<usize>| {
+        bundle.rays(columns.map(|column| [column, row].map(|k| k as f64 * cell - 1.0)))
     };
-    let mut above: Vec<B::Ray> = (0..=cells).map(|column| corner(0, column)).collect();
+    let mut above: Vec<B::Ray> = corners(0, 0..cells + 1);
     let mut below = above.clone();
     let mut light = 0.0;
     for row in 0..cells {
@@ -83,17 +85,15 @@ pub(super) fn trace<B: RayBundle>(bundle: &B, centre: [f64; 2], cells: usize, fi
         let half = cells as f64 / 2.0;
         let first = (half - reach).max(0.0) as usize;
         let last = ((half + reach) as usize).min(cells - 1);
-        for (column, at) in below.iter_mut().enumerate().take(last + 2).skip(first) {
-            *at = corner(row + 1, column);
-        }
+        below[first..last + 2].clone_from_slice(&corners(row + 1, first..last + 2));
         if row > 0 {
             // The row above may have had fewer columns.
             let reach = bundle.half_width(y - cell) / cell + 2.0;
-            let known =
-                (half - reach).max(0.0) as usize..=((half + reach) as usize).min(cells - 1) + 1;
-            for (column, at) in above.iter_mut().enumerate().take(last + 2).skip(first) {
-                if !known.contains(&column) {
-                    *at = corner(row, column);
+            let known = (half - reach).max(0.0) as usize;
+            let end = ((half + reach) as usize).min(cells - 1) + 2;
+            for columns in [first..known, end..last + 2] {
+                if !columns.is_empty() {
+                    above[columns.clone()].clone_from_slice(&corners(row, columns));
                 }
             }
         }

@@ -21,6 +21,7 @@ pub(crate) mod tables;
 pub(crate) mod unsteady_file;
 
 use std::path::Path;
+use std::time::Duration;
 
 use crate::case::Case;
 use reader::{DamagedFiles, Reader};
@@ -55,6 +56,11 @@ impl Target {
             Method::Reader(reader) => Box::new(DamagedFiles::new(reader, folder)),
             Method::Calls(start) | Method::Program(start) => start(folder),
         }
+    }
+
+    /// Returns the time that a damaged input may take over its undamaged twin: less for planted faults, whose tests wait for it.
+    pub(crate) fn max_delay(&self) -> Duration {
+        Duration::from_secs(if self.name == planted::TARGET.name { 2 } else { 10 })
     }
 
     /// Returns whether the whole command is run.

@@ -39,7 +39,7 @@ impl Attack for Planted {
                 let size = 2 * crate::allocator::BOUND_BYTES;
                 std::hint::black_box(vec![1_u8; size]);
             }
-            4 => std::thread::sleep(Duration::from_secs(11)),
+            4 => std::thread::sleep(TARGET.max_delay() + Duration::from_millis(200)),
             5 => case.report(Kind::SilentChange, "a planted change"),
             6 => case.check_error("a message without the file; remedy", "input"),
             7 => case.check_error("input: a message without a remedy", "input"),

@@ -68,6 +68,13 @@ pub(super) struct Landing {
     pub(super) inside_mm: f64,
 }
 
+/// A ray on its way to its [`Landing`].
+struct Path {
+    ray: Line,
+    stop: [f64; 2],
+    inside_mm: f64,
+}
+
 impl Assembly {
     /// Returns the object point at the stated distance `depth_m` whose ideal image is the frame position `ideal`.
     pub(super) fn object(&self, ideal: [f64; 2], depth_m: f64) -> Vector {
@@ -84,43 +91,68 @@ impl Assembly {
     /// Follows the ray from `object` towards the point `aim` of the designed entrance pupil, mm; `None` if it misses a
     /// surface or is totally reflected.
     pub(super) fn follow(&self, channel: usize, object: Vector, aim: [f64; 2]) -> Option<Landing> {
-        let aim = [aim[0], aim[1], self.view.pupil_z];
-        let direction = unit(minus(aim, object));
-        let mut inside = f64::INFINITY;
-        let mut stop = [0.0; 2];
-        let mut ray = Line {
-            point: aim,
-            direction,
-        };
-        let mut index = 1.0;
-        self.pass_holes(None, ray, &mut inside);
-        for (i, surface) in self.surfaces.iter().enumerate() {
-            let behind = surface.index[channel];
-            ray = surface.refract(ray, index / behind)?;
-            index = behind;
-            if i == self.stop || surface.clear_mm.is_some() {
-                let [x, y] = surface.local(ray.point);
-                if let Some(clear) = surface.clear_mm {
-                    inside = inside.min(clear - x.hypot(y));
-                }
-                if i == self.stop {
-                    stop = [x / self.stop_mm, y / self.stop_mm];
-                }
-            }
-            self.pass_holes(Some(i), ray, &mut inside);
-        }
-        Some(Landing {
-            at: self.land(ray),
-            stop,
-            inside_mm: inside,
-        })
+        self.follow_all(channel, object, [aim].into_iter()).pop()?
     }
 
-    fn pass_holes(&self, behind: Option<usize>, ray: Line, inside: &mut f64) {
+    /// Follows rays as [`Assembly::follow`] does, all of them through one surface after the other: the processor works on several
+    /// at a time, where a ray alone waits for each root and quotient.
+    pub(super) fn follow_all(
+        &self,
+        channel: usize,
+        object: Vector,
+        aims: impl Iterator<Item = [f64; 2]>,
+    ) -> Vec<Option<Landing>> {
+        let start = |aim: [f64; 2]| {
+            let point = [aim[0], aim[1], self.view.pupil_z];
+            Some(Path {
+                ray: Line {
+                    point,
+                    direction: unit(minus(point, object)),
+                },
+                stop: [0.0; 2],
+                inside_mm: f64::INFINITY,
+            })
+        };
+        let mut paths: Vec<Option<Path>> = aims.map(start).collect();
+        let mut index = 1.0;
+        self.pass_holes(None, &mut paths);
+        for (i, surface) in self.surfaces.iter().enumerate() {
+            let behind = surface.index[channel];
+            for place in &mut paths {
+                let Some(path) = place else { continue };
+                let Some(ray) = surface.refract(path.ray, index / behind) else {
+                    *place = None;
+                    continue;
+                };
+                path.ray = ray;
+                if i == self.stop || surface.clear_mm.is_some() {
+                    let [x, y] = surface.local(ray.point);
+                    if let Some(clear) = surface.clear_mm {
+                        path.inside_mm = path.inside_mm.min(clear - x.hypot(y));
+                    }
+                    if i == self.stop {
+                        path.stop = [x / self.stop_mm, y / self.stop_mm];
+                    }
+                }
+            }
+            index = behind;
+            self.pass_holes(Some(i), &mut paths);
+        }
+        let land = |path: Path| Landing {
+            at: self.land(path.ray),
+            stop: path.stop,
+            inside_mm: path.inside_mm,
+        };
+        paths.into_iter().map(|path| path.map(land)).collect()
+    }
+
+    fn pass_holes(&self, behind: Option<usize>, paths: &mut [Option<Path>]) {
         for hole in self.holes.iter().filter(|h| h.behind == behind) {
-            let s = (hole.z - ray.point[2]) / ray.direction[2];
-            let [x, y, _] = along(ray.point, s, ray.direction);
-            *inside = inside.min(hole.radius - x.hypot(y));
+            for path in paths.iter_mut().flatten() {
+                let s = (hole.z - path.ray.point[2]) / path.ray.direction[2];
+                let [x, y, _] = along(path.ray.point, s, path.ray.direction);
+                path.inside_mm = path.inside_mm.min(hole.radius - x.hypot(y));
+            }
         }
     }
 

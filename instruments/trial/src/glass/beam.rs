@@ -52,14 +52,12 @@ impl<'a> Beam<'a> {
         let step = 2.0 * SEARCH * pupil / (SEARCH_RAYS - 1) as f64;
         let at = |i: usize| i as f64 * step - SEARCH * pupil;
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for i in 0..SEARCH_RAYS * SEARCH_RAYS {
-            let aim = [at(i % SEARCH_RAYS), at(i / SEARCH_RAYS)];
-            let open = |l: &Landing| l.stop[0].hypot(l.stop[1]) <= 1.0 && l.inside_mm >= 0.0;
-            if assembly
-                .follow(channel, object, aim)
-                .as_ref()
-                .is_some_and(open)
-            {
+        let aims =
+            (0..SEARCH_RAYS * SEARCH_RAYS).map(|i| [at(i % SEARCH_RAYS), at(i / SEARCH_RAYS)]);
+        let landings = assembly.follow_all(channel, object, aims.clone());
+        for (aim, landing) in aims.zip(landings) {
+            let open = |l: Landing| l.stop[0].hypot(l.stop[1]) <= 1.0 && l.inside_mm >= 0.0;
+            if landing.is_some_and(open) {
                 for axis in 0..2 {
                     low[axis] = low[axis].min(aim[axis]);
                     high[axis] = high[axis].max(aim[axis]);
@@ -84,9 +82,7 @@ impl<'a> Beam<'a> {
         let width = 2.0 / cells as f64;
         let row_of = |row: usize| -> Vec<BeamRay> {
             let y = row as f64 * width - 1.0;
-            (0..=cells)
-                .map(|column| self.ray([column as f64 * width - 1.0, y]))
-                .collect()
+            self.rays((0..=cells).map(|column| [column as f64 * width - 1.0, y]))
         };
         let mut above = row_of(0);
         for row in 0..cells {
@@ -152,9 +148,9 @@ impl RayBundle for Beam<'_> {
         1.0
     }
 
-    fn ray(&self, m: [f64; 2]) -> BeamRay {
-        let aim = std::array::from_fn(|i| self.middle[i] + self.half[i] * m[i]);
-        self.assembly.follow(self.channel, self.object, aim)
+    fn rays(&self, points: impl Iterator<Item = [f64; 2]>) -> Vec<BeamRay> {
+        let aims = points.map(|m| std::array::from_fn(|i| self.middle[i] + self.half[i] * m[i]));
+        (self.assembly).follow_all(self.channel, self.object, aims)
     }
 
     fn landing(ray: &BeamRay) -> [f64; 2] {

@@ -223,10 +223,11 @@ pub(super) fn least_clear(
     let assembly = with_radius(WIDE);
     let object = assembly.object(ideal, depth_m);
     let mut most = 0.0_f64;
-    for i in 0..RAYS * RAYS {
-        let at = |k: usize| (2.0 * k as f64 / (RAYS - 1) as f64 - 1.0) * 1.6 * pupil_mm;
-        let landing = assembly.follow(GREEN, object, [at(i % RAYS), at(i / RAYS)]);
-        if let Some(l) = landing.filter(|l| l.stop[0].hypot(l.stop[1]) <= 1.0) {
+    let at = |k: usize| (2.0 * k as f64 / (RAYS - 1) as f64 - 1.0) * 1.6 * pupil_mm;
+    let aims = (0..RAYS * RAYS).map(|i| [at(i % RAYS), at(i / RAYS)]);
+    let landings = assembly.follow_all(GREEN, object, aims);
+    for l in landings.iter().flatten() {
+        if l.stop[0].hypot(l.stop[1]) <= 1.0 {
             most = most.max(WIDE - l.inside_mm);
         }
     }

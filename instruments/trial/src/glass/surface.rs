@@ -29,17 +29,20 @@ pub(super) struct Surface {
 
 impl Surface {
     /// Returns two unit vectors across the axis, near x and y.
+    #[inline(always)]
     pub(super) fn across(&self) -> [Vector; 2] {
         across(self.axis)
     }
 
     /// Returns the coordinates of `point` across the axis, from the vertex.
+    #[inline(always)]
     pub(super) fn local(&self, point: Vector) -> [f64; 2] {
         let from = minus(point, self.vertex);
         self.across().map(|e| dot(from, e))
     }
 
     /// Returns where the ray meets the surface, and the unit normal towards the sensor; `None` if it misses.
+    #[inline(always)]
     fn meet(&self, ray: Line) -> Option<Line> {
         let sphere = self.meet_sphere(ray)?;
         match &self.figure {
@@ -48,6 +51,7 @@ impl Surface {
         }
     }
 
+    #[inline(always)]
     fn meet_sphere(&self, ray: Line) -> Option<Line> {
         if self.curvature == 0.0 {
             let s = dot(minus(self.vertex, ray.point), self.axis) / dot(ray.direction, self.axis);
@@ -73,6 +77,7 @@ impl Surface {
     }
 
     /// Refines a point of the sphere to one of the sphere with its figure, by Newton's method.
+    #[inline(never)]
     fn meet_figure(&self, ray: Line, start: Vector, figure: &Figure) -> Option<Line> {
         const ITERATIONS: usize = 4;
         let [ex, ey] = self.across();
@@ -104,6 +109,7 @@ impl Surface {
     /// Returns the ray behind the surface; `None` if it misses the surface or is totally reflected.
     ///
     /// `ratio` is the index before the surface over that behind it.
+    #[inline(always)]
     pub(super) fn refract(&self, ray: Line, ratio: f64) -> Option<Line> {
         let met = self.meet(ray)?;
         if ratio == 1.0 {
@@ -126,6 +132,7 @@ impl Surface {
 }
 
 /// Returns two unit vectors across `axis`, near x and y.
+#[inline(always)]
 pub(super) fn across(axis: Vector) -> [Vector; 2] {
     let ex = unit(along([1.0, 0.0, 0.0], -axis[0], axis));
     [ex, cross(axis, ex)]
