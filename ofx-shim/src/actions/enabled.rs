@@ -106,5 +106,9 @@ fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 24] {
         (named("grain"), removes_all),
         (&remove::CHECK_LENS, mode != Mode::Apply),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
+        (
+            &output::MASK_SCALES,
+            knobs.is_on(&output::USE_MASK) && mode == Mode::Apply,
+        ),
     ]
 }
