@@ -100,7 +100,10 @@ impl<'a> MixWeights<'a> {
                 let first = (part.row + row) * width + part.column;
                 for (index, sample) in (first..).zip(samples) {
                     let weight = self.mask.map_or(self.mix, |mask| self.mix * mask[index]);
-                    *sample = own[index] + weight * (*sample - own[index]);
+                    // A separate case, so that a weight of 1 changes no bit.
+                    if weight != 1.0 {
+                        *sample = own[index] + weight * (*sample - own[index]);
+                    }
                 }
             }
         }

@@ -223,7 +223,7 @@ impl Edges {
 /// Expansion of a plate by the reach of the blur, so that light that leaves the plate is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Expand {
-    /// Sides beyond which nothing is known to be, as about an element over nothing; see
+    /// Sides where the plate is transparent; see
     /// [`PreparedPlate::expansion`](crate::PreparedPlate::expansion).
     #[default]
     Auto,

@@ -1,7 +1,8 @@
 //! Masks that scale the blur of each pixel.
 
 use seidel_core::{
-    Depth, DepthPass, Image, Lens, MaskScales, ObjectDistance, Plate, Settings, apply, no_progress,
+    Depth, DepthPass, Image, Lens, LensScale, MaskScales, ObjectDistance, Plate, Settings, apply,
+    no_progress,
 };
 
 const WIDTH: usize = 80;
@@ -22,6 +23,8 @@ fn plate(depth: Depth, mask: impl Fn(bool) -> f32) -> Plate {
     let samples: Vec<f32> = (0..WIDTH * HEIGHT).flat_map(|k| [pixel(k); 3]).collect();
     let image = Image::from_interleaved(WIDTH, HEIGHT, 3, &samples).expect("an image");
     let mut plate = Plate::new(image).with_depth(depth);
+    // A part of the frame of the lens, so that its blur is wide.
+    plate.geometry.lens_scale = LensScale::PixelRatio(1.0);
     plate.mask = Some((0..WIDTH * HEIGHT).map(|k| mask(is_logo(k))).collect());
     plate
 }

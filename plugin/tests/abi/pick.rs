@@ -59,11 +59,14 @@ fn a_normalised_depth_is_found_in_the_words_of_the_command() {
         });
         String::from_utf8(text[..needed - 1].to_vec()).expect("UTF-8")
     };
-    let slope = |y: i32| f64::from(y) / 89.0;
-    let metres = TestImage::from_fn(area, 1, |_, y, _| 1.5 + 6.0 * slope(y));
-    assert_eq!(findings(&metres), "");
-    let normalised = TestImage::from_fn(area, 1, |_, y, _| slope(y));
-    let found = findings(&normalised);
+    let post_and_wall = |wall: f32| {
+        TestImage::from_fn(area, 1, move |x, _, _| match x {
+            60..80 => 0.4 * wall,
+            _ => wall,
+        })
+    };
+    assert_eq!(findings(&post_and_wall(4.0)), "");
+    let found = findings(&post_and_wall(1.0));
     assert!(
         found.starts_with("is doubtful: numbers fill 0 to 1"),
         "{found}"
