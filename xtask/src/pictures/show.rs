@@ -35,8 +35,8 @@ pub(super) fn draw_shot(programs: &Programs) -> Result<(), String> {
         "apply {lens} demo/plate.exr -o mask.exr --show focus-matte --focus-distance inf --focus-tolerance 8"
     ))?;
     let panels = [
-        ("--focus-distance 1.165", "frame 1001: focus on the pole"),
-        ("--focus-distance 2.03", "frame 1024: focus on the slate"),
+        ("--focus-distance 1.164", "frame 1001: focus on the pole"),
+        ("--focus-distance 2.034", "frame 1024: focus on the slate"),
         (
             "--focus-distance 20 --mask mask.exr:R",
             "--mask: the halo of the pole stays",
