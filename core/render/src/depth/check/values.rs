@@ -42,8 +42,7 @@ pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     }
     let (first, sample) = depths.find(|(v, _)| **v > 0.0)?;
     let same = depths.all(|(v, _)| *v <= 0.0 || v == first);
-    let is_element =
-        (check.alpha).is_some_and(|alpha| alpha.iter().any(|coverage| *coverage == 0.0));
+    let is_element = (check.alpha).is_some_and(|alpha| alpha.contains(&0.0));
     if same && is_element {
         return None;
     }
