@@ -24,7 +24,7 @@ impl PreparedPlate {
     /// Returns the margins by which [`Settings::expand`](crate::Settings::expand) expands the plate: the reach of its
     /// lit pixels beyond each side that is expanded.
     ///
-    /// With [`Expand::Auto`] these are the sides beyond which nothing is known to be: those of a plate with alpha whose
+    /// With [`Expand::Auto`] these are the sides where the plate is transparent: those of a plate with alpha whose
     /// border is transparent or that lie within the display window, and those of a plate without alpha for which both
     /// hold. A full frame is not expanded.
     ///

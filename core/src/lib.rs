@@ -174,6 +174,7 @@ mod plate_gap;
 mod prepared;
 mod prepared_background;
 mod prepared_depth;
+mod prepared_mask;
 mod relens;
 mod remove;
 mod removed;
@@ -235,8 +236,8 @@ pub use seidel_render::{
 };
 pub use session::LensSession;
 pub use settings::{
-    ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RelensSide, RemovalSettings,
-    Settings,
+    ChannelScale, Edges, Expand, Grain, MaskScales, OcclusionSettings, Quality, RelensSide,
+    RemovalSettings, Settings,
 };
 
 /// The parts of a [`Diagnosis`], and pairs of pictures that it is made from.

@@ -20,7 +20,7 @@ pub struct Plate {
     pub depth: Depth,
     /// Matte of something that will be composited in front, used by [`apply`](crate::apply).
     pub holdout: Option<HoldoutMatte>,
-    /// Weight of the blurred plate against its own pixels, 0 to 1, row-major over the data window, used by
+    /// Factor of what [`Settings::mask_scales`](crate::Settings::mask_scales) names, 0 to 1, row-major over the data window, used by
     /// [`apply`](crate::apply); 1 everywhere if `None`.
     pub mask: Option<Vec<f32>>,
     /// The plate without its foreground, used by [`apply`](crate::apply) where blur uncovers it.

@@ -14,9 +14,10 @@ use crate::light_scale::LightScale;
 use crate::margins::Margins;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
-use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry, check_matte};
+use crate::plate::{HoldoutMatte, LensScale, Plate, PlateGeometry};
 use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
+use crate::prepared_mask::{MixWeights, PreparedMask};
 use crate::rendering::Rendering;
 use crate::session::{FocusedVergence, LensSession, PlateOptics, refocus};
 use crate::settings::Edges;
@@ -38,7 +39,7 @@ pub struct PreparedPlate {
     weights: Vec<Vec<f64>>,
     depth: PreparedDepth,
     holdout: Option<PreparedHoldout>,
-    mask: Option<Vec<f32>>,
+    mask: Option<PreparedMask>,
     background: Option<PreparedBackground>,
     /// The pixels of the plate before it was expanded; the lens beyond them is that of the nearest one.
     own: Option<RenderWindow>,
@@ -122,7 +123,7 @@ impl PreparedPlate {
 
     /// Returns the most bytes that rendering needs beside the plate, see [`apply_bytes`](crate::apply_bytes).
     pub fn apply_bytes(&self) -> u64 {
-        let varies = matches!(self.depth.vergence(), VergencePass::PerPixel(_));
+        let varies = matches!(self.vergence(), VergencePass::PerPixel(_));
         let occlusion = varies && self.session.settings().occlusion.is_some();
         let pixels = self.placement.width as u64 * self.placement.height as u64;
         let bytes = if occlusion {
@@ -190,20 +191,13 @@ impl PreparedPlate {
         Ok(())
     }
 
-    /// Adds a mask, the weight of the blurred plate against its own pixels.
+    /// Adds a mask, which scales what the settings say: [`Settings::mask_scales`](crate::Settings::mask_scales).
     ///
     /// # Errors
-    /// A mask of another size, and the first sample that is not from 0 to 1, by its pixel.
+    /// A mask of another size, the first sample that is not from 0 to 1, by its pixel, and a mask of the blur of a lens without a
+    /// focus.
     pub fn set_mask(&mut self, mask: Vec<f32>) -> Result<()> {
-        let PlatePlacement { width, height, .. } = self.placement;
-        if mask.len() != width * height {
-            return Err(Error::new(
-                "mask",
-                format!("has {} samples", mask.len()),
-                format!("give one for each pixel of the plate, {width} x {height}"),
-            ));
-        }
-        check_matte("mask", &mask, width)?;
+        let mask = PreparedMask::new(&self.session, &self.placement, &self.depth, mask)?;
         self.mask = Some(mask);
         Ok(())
     }
@@ -245,7 +239,7 @@ impl PreparedPlate {
             weights: self.weights.clone(),
             depth: self.depth.padded(margins, width),
             holdout: (self.holdout.as_ref()).map(|holdout| holdout.padded(margins, width)),
-            mask: (self.mask.as_ref()).map(|mask| margins.padded(mask, width, |v| v)),
+            mask: (self.mask.as_ref()).map(|mask| mask.padded(margins, width)),
             background: (self.background.as_ref())
                 .map(|background| background.padded(margins, width)),
             own: Some(own),
@@ -365,33 +359,17 @@ impl PreparedPlate {
                 self.planes.limit_coverage(&mut planes);
             }
             self.develop(&mut planes);
-            self.mix(part, &mut planes);
+            if let Some(weights) = MixWeights::new(&self.session, self.mask.as_ref()) {
+                weights.mix(part, self.placement.width, self.planes(), &mut planes);
+            }
             Ok(planes)
         })
-    }
-
-    /// Mixes the blurred planes of a `part` of the plate with its own, by mix and mask.
-    fn mix(&self, part: RenderWindow, planes: &mut [Vec<f32>]) {
-        let mix = self.session.settings().mix as f32;
-        if mix == 1.0 && self.mask.is_none() {
-            return;
-        }
-        let width = self.placement.width;
-        for (plane, own) in planes.iter_mut().zip(self.planes()) {
-            for (row, samples) in plane.chunks_exact_mut(part.width).enumerate() {
-                let first = (part.row + row) * width + part.column;
-                for (index, sample) in (first..).zip(samples) {
-                    let weight = self.mask.as_ref().map_or(mix, |mask| mix * mask[index]);
-                    *sample = own[index] + weight * (*sample - own[index]);
-                }
-            }
-        }
     }
 
     /// Whether surfaces hide each other. Each pixel is then a weighted mean of the light that reaches it, so its alpha is
     /// at most one. Otherwise light is summed, and alpha may exceed one.
     fn averages_light(&self) -> bool {
-        let varies = matches!(self.depth.vergence(), VergencePass::PerPixel(_));
+        let varies = matches!(self.vergence(), VergencePass::PerPixel(_));
         varies && self.session.settings().occlusion.is_some()
     }
 
@@ -437,7 +415,7 @@ impl PreparedPlate {
     ) -> Result<T> {
         let settings = self.session.settings();
         self.session
-            .with_optics(&self.placement, self.depth.vergence(), |optics| {
+            .with_optics(&self.placement, self.vergence(), |optics| {
                 let refocus = |vergence| refocus(optics.focus_remap, vergence);
                 let holdout = self.holdout.as_ref();
                 let holdout_vergence = holdout.and_then(PreparedHoldout::vergence).map(refocus);
@@ -520,7 +498,7 @@ impl PreparedPlate {
     /// Returns how far the light of lit pixels reaches along x and along y, plate pixels.
     pub(crate) fn reach_of_light(&self) -> Result<(f64, f64)> {
         let lit_vergences: Vec<f32>;
-        let vergence = match self.depth.vergence() {
+        let vergence = match self.vergence() {
             VergencePass::PerPixel(pass) => {
                 let is_lit = |index: usize| self.planes().iter().any(|plane| plane[index] != 0.0);
                 let lit = pass.iter().enumerate().filter(|(index, _)| is_lit(*index));
@@ -535,8 +513,14 @@ impl PreparedPlate {
     }
 
     pub(crate) fn with_optics<T>(&self, then: impl FnOnce(&PlateOptics) -> Result<T>) -> Result<T> {
-        let vergence = self.depth.vergence();
-        self.session.with_optics(&self.placement, vergence, then)
+        self.session
+            .with_optics(&self.placement, self.vergence(), then)
+    }
+
+    /// The vergences to render, before the focus settings change them.
+    fn vergence(&self) -> VergencePass<'_> {
+        let masked = self.mask.as_ref().and_then(PreparedMask::vergence);
+        masked.unwrap_or_else(|| self.depth.vergence())
     }
 
     pub(crate) fn weights(&self) -> &[Vec<f64>] {

@@ -8,8 +8,8 @@ use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{LensProfile, Provenance};
 use seidel_optics::psf::{self, PsfModel};
 use seidel_render::{
-    AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene,
-    VergencePass,
+    AdjustedLens, FocusControls, FocusRange, FocusRemap, LocalKernel, LocalKernels,
+    NonSquarePixelLens, Scene, VergencePass,
 };
 
 use crate::knobs;
@@ -193,6 +193,14 @@ impl LensSession {
     pub(crate) fn frame_px(&self, placement: &PlatePlacement) -> [f64; 2] {
         let width = f64::from(self.predictor().frame().width_px()) * placement.map.scale;
         [width / placement.sensor_aspect, width]
+    }
+
+    /// Returns the range of distances in focus.
+    ///
+    /// # Errors
+    /// Those of [`FocusRange::new`].
+    pub(crate) fn focus_range(&self) -> Result<FocusRange> {
+        FocusRange::new(&self.adjusted((0.0, 0.0))?, &self.focus)
     }
 
     pub(crate) fn predictor(&self) -> &Predictor {

@@ -24,6 +24,8 @@ pub struct Settings {
     /// Weight of the blurred plate against its own pixels, 0 to 1, in [`apply`](crate::apply); times that of
     /// [`Plate::mask`](crate::Plate::mask).
     pub mix: f64,
+    /// The quantity that [`Plate::mask`](crate::Plate::mask) scales.
+    pub mask_scales: MaskScales,
     /// Whether [`apply`](crate::apply) renders the colour error of the lens alone, without the blur that its channels share; see
     /// [`ChromaticLens`](seidel_render::ChromaticLens).
     pub only_chroma: bool,
@@ -64,6 +66,7 @@ impl Default for Settings {
             to_controls: Controls::default(),
             look: Look::default(),
             mix: 1.0,
+            mask_scales: MaskScales::Mix,
             only_chroma: false,
             bloom: None,
             psf_model: None,
@@ -117,6 +120,16 @@ pub enum RelensSide {
     From,
     /// The lens whose blur the plate gets.
     To,
+}
+
+/// The quantity that a mask scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MaskScales {
+    /// The weight of the blurred plate against its own pixels.
+    #[default]
+    Mix,
+    /// The distance of each pixel from the range in focus, in 1/m, before it is rendered: 0 is as sharp as the focus plane.
+    Blur,
 }
 
 /// Strength of the blur of one channel.
@@ -210,7 +223,7 @@ impl Edges {
 /// Expansion of a plate by the reach of the blur, so that light that leaves the plate is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Expand {
-    /// Sides beyond which nothing is known to be, as about an element over nothing; see
+    /// Sides where the plate is transparent; see
     /// [`PreparedPlate::expansion`](crate::PreparedPlate::expansion).
     #[default]
     Auto,

@@ -6,6 +6,8 @@ import subprocess
 
 from conftest import FRAMES, TEMPLATE, Shot
 
+CONFIG = TEMPLATE.parents[1] / "luts" / "config.ocio"
+
 
 def test_the_template_is_valid(openjd: str) -> None:
     checked = subprocess.run([openjd, "check", TEMPLATE], capture_output=True, text=True, check=False)
@@ -82,6 +84,7 @@ def test_library_lens_and_files_of_their_own(shot: Shot) -> None:
     side.mkdir()
     (side / "rack.csv").write_text("frame,focus-distance\n1001,2\n1002,4\n")
     shutil.copy(shot.folder / "plates" / "plate.1001.exr", side / "clean 1.exr")
+    shutil.copy(CONFIG, side / "show 1.ocio")
     rules = [{"source_path_format": "POSIX", "source_path": "/show", "destination_path": str(shot.folder)}]
     ended = shot.run(
         "--path-mapping-rules",
@@ -90,13 +93,15 @@ def test_library_lens_and_files_of_their_own(shot: Shot) -> None:
         Frames="1001-1002",
         AnimationTable="/show/side files/rack.csv",
         CleanPlate="/show/side files/clean 1.exr",
-        Options=f"--quality draft --depth '{side}/clean 1.exr:Z'",
+        OcioConfig="/show/side files/show 1.ocio",
+        Options=f"--quality draft --in-space ACEScg --working-space 'Linear ARRI Wide Gamut 4' --depth '{side}/clean 1.exr:Z'",
     )
     log = ended.stdout + ended.stderr
     assert ended.returncode == 0, log
     assert shot.finished() == [1001, 1002], log
     info = subprocess.run([shot.seidel, "info", shot.output(1002)], capture_output=True, text=True, check=True).stdout
-    assert "library:modern-50" in info and "focus-distance: 4 m" in info and "on, background" in info, info
+    for setting in ["library:modern-50", "focus-distance: 4 m", "on, background", "working-space: Linear ARRI Wide Gamut 4"]:
+        assert setting in info, info
 
 
 def test_a_table_beside_the_plates_sets_the_focus(shot: Shot) -> None:

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use seidel_core::{
-    Blades, ChannelScale, DepthMeaning, HostGroup, Lens, ObjectDistance, PlateGeometry, Quality,
-    Rectangle, RelensSide, Settings,
+    Blades, ChannelScale, DepthMeaning, HostGroup, Lens, MaskScales, ObjectDistance, PlateGeometry,
+    Quality, Rectangle, RelensSide, Settings,
 };
 
 use crate::depth::DepthEncoding;
 use crate::file_reference;
 use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
-use crate::knobs::{Knob, Knobs, depth, focus, lens, look, remove, render};
+use crate::knobs::{Knob, Knobs, depth, focus, lens, look, output, remove, render};
 use crate::lens::{LensOrigin, built_in, load};
 use crate::lens_data::LensData;
 
@@ -41,6 +41,12 @@ pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc
         )));
     }
     load(&origin, knobs.hidden(&lens::RELOADS))
+}
+
+/// Returns whether the mask scales the blur, not the weight of the result.
+pub(crate) fn mask_scales_blur(knobs: &Knobs) -> bool {
+    let is_apply = knobs.choice(&lens::MODE) == lens::APPLY;
+    is_apply && knobs.choice(&output::MASK_SCALES) == output::SCALES_BLUR
 }
 
 /// Returns the settings for the lens `profile`, which is on this `side` in the mode Relens; with the look if the mode is Apply.
@@ -80,6 +86,9 @@ pub(crate) fn settings(
     }
     if knobs.choice(&lens::MODE) == lens::APPLY {
         settings.only_chroma = knobs.is_on(&remove::ONLY_CHROMA);
+        if mask_scales_blur(knobs) {
+            settings.mask_scales = MaskScales::Blur;
+        }
         put_look(knobs, profile, scale, &mut settings)?;
     }
     Ok(settings)

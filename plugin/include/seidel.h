@@ -576,6 +576,11 @@ typedef struct SeidelSettings {
    * own. (seidel_apply)
    */
   uint32_t only_chroma;
+  /**
+   * What the mask scales: SEIDEL_MASK_SCALES_... The blur is scaled before it is rendered, so a part that a mask
+   * keeps sharp has no blurred copy of itself around it. (seidel_apply)
+   */
+  uint32_t mask_scales;
 } SeidelSettings;
 
 /**
@@ -683,8 +688,8 @@ typedef struct SeidelPlate {
    */
   const struct SeidelImage *alphas;
   /**
-   * Mask of seidel_apply, 0 to 1: the weight of the blurred plate against its own pixels, times `mix` of the settings; its first
-   * channel is read. NULL: 1 everywhere.
+   * Mask of seidel_apply, 0 to 1; its first channel is read. By `mask_scales` of the settings it is the weight of the blurred plate
+   * against its own pixels, times `mix`, or a factor of the blur. NULL: 1 everywhere.
    */
   const struct SeidelImage *mask;
 } SeidelPlate;
@@ -1073,6 +1078,27 @@ enum SeidelStatus seidel_distance_at(const struct SeidelLens *lens,
                                      int32_t x,
                                      int32_t y,
                                      double *distance);
+
+/**
+ * Copies what speaks against the depth image of a plate to `buffer`, in UTF-8 with a terminating zero: one finding a line, those
+ * that are nearly certain first. Such lines begin with `is doubtful: `, those about what is only unusual with `may be intended: `;
+ * the words are those of the command. The text is empty if nothing does, or the plate has no depth image. `*needed` gets the size
+ * of the whole text in bytes with its zero, 1 if it is empty. seidel_apply renders such plates without a word, so ask once a shot.
+ * `settings` may be NULL for the defaults.
+ *
+ * Errors: those of seidel_apply about the plate; SEIDEL_STATUS_TOO_SMALL if `buffer` is NULL or `capacity` is less than `*needed`,
+ * in which case the copy is cut.
+ *
+ * Pointers:
+ * `buffer`: NULL, or `capacity` writable bytes. `needed`: NULL, or a writable place for a number. Other pointers: NULL, or valid
+ * until the call returns.
+ */
+enum SeidelStatus seidel_depth_findings(const struct SeidelLens *lens,
+                                        const struct SeidelSettings *settings,
+                                        const struct SeidelPlate *plate,
+                                        char *buffer,
+                                        size_t capacity,
+                                        size_t *needed);
 
 /**
  * Ends all threads of the library and waits for the work that they are doing. Call it before the library is

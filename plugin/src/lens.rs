@@ -11,7 +11,7 @@ use seidel_optics::psf;
 use crate::guard::guard;
 use crate::handles::{self, SeidelLens};
 use crate::pointers::{
-    OutputPointer, Versioned, copy_string, read_array, read_string, write_versioned,
+    OutputPointer, Versioned, copy_text, read_array, read_string, write_versioned,
 };
 use crate::status::{Failure, Result, SeidelStatus};
 use crate::threads::end_if_unused;
@@ -298,7 +298,7 @@ pub unsafe extern "C" fn seidel_lens_channel(
         let name = names.get(index as usize);
         let name = name.ok_or_else(|| index_error("channel", index, names.len()))?;
         // SAFETY: as the caller guarantees.
-        unsafe { copy_name(name, buffer, capacity, needed) }
+        unsafe { copy_text(name, buffer, capacity, needed) }
     })
 }
 
@@ -323,7 +323,7 @@ pub unsafe extern "C" fn seidel_lens_model(
         let name = models.get(index as usize);
         let name = name.ok_or_else(|| index_error("model", index, models.len()))?;
         // SAFETY: as the caller guarantees.
-        unsafe { copy_name(name, buffer, capacity, needed) }
+        unsafe { copy_text(name, buffer, capacity, needed) }
     })
 }
 
@@ -334,27 +334,4 @@ pub(crate) fn index_error(item: &str, index: u32, count: usize) -> Failure {
         format!("does not exist: the lens has {count}"),
         "count from 0",
     )
-}
-
-/// # Safety
-/// `buffer` must be NULL or `capacity` writable bytes, `needed` NULL or a writable place for a number.
-unsafe fn copy_name(
-    name: &str,
-    buffer: *mut c_char,
-    capacity: usize,
-    needed: *mut usize,
-) -> Result<()> {
-    // SAFETY: as the caller guarantees.
-    let size = unsafe { copy_string(name.as_bytes(), buffer, capacity) };
-    if !needed.is_null() {
-        // SAFETY: the caller guarantees the place.
-        unsafe { needed.write_unaligned(size) };
-    }
-    if buffer.is_null() || size > capacity {
-        return Err(Failure::new(
-            SeidelStatus::TooSmall,
-            format!("buffer: holds {capacity} bytes; give room for {size}"),
-        ));
-    }
-    Ok(())
 }

@@ -38,6 +38,8 @@ mod memory;
 
 mod pick;
 
+mod depth_findings;
+
 mod threads;
 
 mod call_args;
@@ -49,6 +51,7 @@ mod pointers;
 pub use apply::seidel_apply;
 pub use callbacks::{SeidelCallbacks, SeidelProgress};
 pub use check_lens::seidel_check_lens;
+pub use depth_findings::seidel_depth_findings;
 pub use handles::SeidelLens;
 pub use image::{SEIDEL_FLOAT, SEIDEL_HALF, SeidelImage, SeidelRect};
 pub use kernel::{SeidelKernel, seidel_kernel};

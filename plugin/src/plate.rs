@@ -37,8 +37,8 @@ pub struct SeidelPlate {
     /// Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of
     /// `source`.
     pub alphas: *const SeidelImage,
-    /// Mask of seidel_apply, 0 to 1: the weight of the blurred plate against its own pixels, times `mix` of the settings; its first
-    /// channel is read. NULL: 1 everywhere.
+    /// Mask of seidel_apply, 0 to 1; its first channel is read. By `mask_scales` of the settings it is the weight of the blurred plate
+    /// against its own pixels, times `mix`, or a factor of the blur. NULL: 1 everywhere.
     pub mask: *const SeidelImage,
 }
 

@@ -168,3 +168,31 @@ pub(crate) unsafe fn copy_string(text: &[u8], buffer: *mut c_char, capacity: usi
     }
     text.len() + 1
 }
+
+/// Copies `text` with a terminating zero to `buffer`, and its size with the zero to `*needed`.
+///
+/// # Errors
+/// A buffer that is NULL or too small, in which case the copy is cut.
+///
+/// # Safety
+/// `buffer` must be NULL or `capacity` writable bytes, `needed` NULL or a writable place for a number.
+pub(crate) unsafe fn copy_text(
+    text: &str,
+    buffer: *mut c_char,
+    capacity: usize,
+    needed: *mut usize,
+) -> Result<()> {
+    // SAFETY: as the caller guarantees.
+    let size = unsafe { copy_string(text.as_bytes(), buffer, capacity) };
+    if !needed.is_null() {
+        // SAFETY: the caller guarantees the place.
+        unsafe { needed.write_unaligned(size) };
+    }
+    if buffer.is_null() || size > capacity {
+        return Err(Failure::new(
+            SeidelStatus::TooSmall,
+            format!("buffer: holds {capacity} bytes; give room for {size}"),
+        ));
+    }
+    Ok(())
+}

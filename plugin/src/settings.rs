@@ -174,6 +174,7 @@ pub struct SeidelSettings {
     pub to_focus_distance: f64,
     pub mix: f64,
     pub only_chroma: u32,
+    pub mask_scales: u32,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
@@ -268,6 +269,7 @@ pub const INDICES: &[Member<u32>] = members![
     clip,
     grain,
     only_chroma,
+    mask_scales,
 ];
 
 /// Returns the member of `knob`; `None` where the settings have it in another form, or not at all.

@@ -212,6 +212,16 @@ def relens(
     settings: Settings | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[_Sample]: ...
+def distance_at(
+    lens: Lens, depth: _Samples | DepthPass, x: int, y: int, *, settings: Settings | None = None
+) -> float: ...
+def circle_of_confusion(
+    lens: Lens,
+    image: _Samples,
+    depth: _Depth | None = None,
+    *,
+    settings: Settings | None = None,
+) -> NDArray[np.float32]: ...
 def match_colours(
     lens: Lens,
     image: NDArray[_Sample],

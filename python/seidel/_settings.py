@@ -95,6 +95,8 @@ class Settings:
         blur_inside: A blurred foreground becomes transparent inside its own outline too, as in a camera;
             otherwise it only blurs outwards; in ``apply``.
         mix: Weight of the blurred plate against its own pixels, times that of the mask (0 to 1); in ``apply``.
+        mask_scales: What the mask scales; in ``apply``. The blur is scaled before it is rendered, so a part
+            that a mask keeps sharp has no blurred copy of itself around it.
         only_chroma: The lens's axial and lateral colour alone, without the blur that all colours share; in
             ``apply``. At each place and distance the sharpest colour stays sharp, and the others blur by as much as
             their variance exceeds its own.
@@ -156,6 +158,7 @@ class Settings:
     fill_foreground: bool = True
     blur_inside: bool = True
     mix: float = 1.0
+    mask_scales: Literal["mix", "blur"] = "mix"
     only_chroma: bool = False
     strength: float = 1.0
     grain: Literal["keep", "solved"] = "keep"

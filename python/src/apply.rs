@@ -24,7 +24,8 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///   distances, or a `DepthPass`. A lens that was measured at several distances needs it.
 /// - `holdout`: matte of an object that will be merged in front later, an array of rows x columns from 0 to 1, or a `Holdout`
 ///   with its depth. The light of the image is held out where the matte covers it, sharp to the pixel.
-/// - `mask`: weight of the blurred image against its own pixels, an array of rows x columns from 0 to 1.
+/// - `mask`: an array of rows x columns from 0 to 1: the weight of the blurred image against its own pixels, or with
+///   `Settings(mask_scales="blur")` a factor of the blur of each pixel.
 /// - `background`: a `Background`, the image without its foreground. It shows where the blur of the foreground uncovers it.
 /// - `settings`: a `Settings`; the defaults use the lens as measured.
 /// - `progress`: called about fifty times a second with the share done, 0 to 1. It stops the call by an exception, or by
@@ -74,7 +75,7 @@ fn apply<'py>(
         let findings = plate.depth_findings()?.into_iter();
         let doubts = findings.filter(|finding| finding.severity == Severity::Warning);
         let doubts: Vec<_> = doubts
-            .map(|doubt| format!("depth: is doubtful: {doubt}"))
+            .map(|doubt| format!("depth: {}: {doubt}", doubt.severity))
             .collect();
         let image = plate.to_image(plate.apply(progress)?)?;
         Ok((ResultSamples::of_image(&image, &layout), doubts))

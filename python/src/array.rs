@@ -52,6 +52,15 @@ impl ArrayLayout {
         }
     }
 
+    /// The layout of a `float32` map of one number a pixel of an image of this layout.
+    pub(crate) fn of_plane(&self) -> Self {
+        Self {
+            channels: None,
+            sample: SampleType::Float,
+            ..*self
+        }
+    }
+
     /// Sample type of the array.
     pub(crate) fn sample(&self) -> SampleType {
         self.sample

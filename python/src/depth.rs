@@ -78,14 +78,37 @@ pub(crate) fn read(
     if let Ok(metres) = depth.extract::<f64>() {
         return Ok(Depth::Distance(ObjectDistance::metres(metres)?));
     }
-    let pass = |samples: &Bound<'_, PyAny>, meaning| -> Result<Depth> {
-        let samples = ArrayPlanes::read(name, samples)?.into_plane(name, layout)?;
-        Ok(Depth::Pass(DepthPass { samples, meaning }))
-    };
-    if depth.hasattr("samples")? {
+    let (pass, own) = read_pass(name, depth)?;
+    let samples = own.into_plane(name, layout)?;
+    Ok(Depth::Pass(DepthPass { samples, ..pass }))
+}
+
+/// Reads the argument `name`, a depth pass, without an image.
+///
+/// # Errors
+/// An array of several channels, and an unknown convention.
+pub(crate) fn read_alone(
+    name: &str,
+    depth: &Bound<'_, PyAny>,
+) -> Result<(DepthPass, ArrayLayout)> {
+    let (pass, own) = read_pass(name, depth)?;
+    let layout = own.layout;
+    let samples = own.into_plane(name, &layout)?;
+    Ok((DepthPass { samples, ..pass }, layout))
+}
+
+/// Reads the array and the meaning of a depth pass, whose samples are still in the planes of the array.
+fn read_pass(name: &str, depth: &Bound<'_, PyAny>) -> Result<(DepthPass, ArrayPlanes)> {
+    let (samples, meaning) = if depth.hasattr("samples")? {
         let args: PassArgs<'_> = depth.extract()?;
         let meaning = args.meaning(name)?;
-        return pass(&args.samples, meaning);
-    }
-    pass(depth, DepthMeaning::METRES)
+        (args.samples, meaning)
+    } else {
+        (depth.clone(), DepthMeaning::METRES)
+    };
+    let pass = DepthPass {
+        samples: Vec::new(),
+        meaning,
+    };
+    Ok((pass, ArrayPlanes::read(name, &samples)?))
 }

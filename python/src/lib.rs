@@ -12,6 +12,7 @@ mod diagnose;
 mod diagnose_pictures;
 mod error;
 mod fit;
+mod focus;
 mod lens;
 mod lens_settings;
 mod look;
@@ -36,6 +37,7 @@ fn seidel(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observations::ObservationSet>()?;
     module.add_class::<diagnose::Diagnosis>()?;
     apply::register(module)?;
+    focus::register(module)?;
     remove::register(module)?;
     removal::register(module)?;
     relens::register(module)?;

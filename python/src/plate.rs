@@ -41,16 +41,8 @@ impl ArrayPlate {
         settings: &CallSettings,
     ) -> Result<Self> {
         let ArrayImage { image, layout } = ArrayImage::read("image", image, settings)?;
-        let all = PlateGeometry::of_size(layout.width, layout.height);
-        let window = settings.display_window;
-        let geometry = PlateGeometry {
-            display: window.map_or(Ok(all.display), rectangle)?,
-            pixel_aspect: settings.pixel_aspect,
-            lens_scale: settings.lens_scale,
-            ..all
-        };
         let plate = Plate::new(image)
-            .with_geometry(geometry)
+            .with_geometry(geometry(&layout, settings)?)
             .with_depth(depth::read("depth", depth, &layout)?);
         Ok(Self { plate, layout })
     }
@@ -175,6 +167,21 @@ impl ArrayImage {
         }
         Ok(Self { image, layout })
     }
+}
+
+/// Returns the place of an array of `layout` in the frame of the lens.
+///
+/// # Errors
+/// An empty display window.
+pub(crate) fn geometry(layout: &ArrayLayout, settings: &CallSettings) -> Result<PlateGeometry> {
+    let all = PlateGeometry::of_size(layout.width, layout.height);
+    let window = settings.display_window;
+    Ok(PlateGeometry {
+        display: window.map_or(Ok(all.display), rectangle)?,
+        pixel_aspect: settings.pixel_aspect,
+        lens_scale: settings.lens_scale,
+        ..all
+    })
 }
 
 /// Returns the display window (x, y, width, height) of the settings.

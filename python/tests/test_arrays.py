@@ -141,6 +141,29 @@ def test_a_mask_keeps_the_image(lens, image, depth):
     assert np.allclose(half, (image + blurred) / 2, atol=1e-6)
 
 
+def test_a_mask_scales_the_blur(lens, image, depth):
+    blurred = seidel.apply(lens, image, depth)
+    by_blur = seidel.Settings(mask_scales="blur")
+    assert np.array_equal(seidel.apply(lens, image, depth, mask=np.ones_like(depth), settings=by_blur), blurred)
+    focused = seidel.apply(lens, image, depth, mask=np.zeros_like(depth), settings=by_blur)
+    everywhere = seidel.Settings(front_multiplier=0.0, back_multiplier=0.0)
+    assert np.allclose(focused, seidel.apply(lens, image, depth, settings=everywhere), atol=1e-5)
+
+
+def test_a_picked_distance_is_in_focus(lens, image, depth):
+    post = seidel.distance_at(lens, depth, 36, 20)
+    assert post == pytest.approx(1.6) and seidel.distance_at(lens, depth, 5, 5) == pytest.approx(4.0)
+    assert seidel.distance_at(lens, seidel.DepthPass(100 * depth, unit=0.01), 36, 20) == pytest.approx(1.6)
+    with pytest.raises(seidel.InvalidInput, match=r"pixel \(96, 0\): lies outside"):
+        seidel.distance_at(lens, depth, 96, 0)
+    settings = seidel.Settings(focus_distance=2.5)
+    blur = seidel.circle_of_confusion(lens, image, depth, settings=settings)
+    assert blur.shape == depth.shape and blur.dtype == np.float32
+    assert blur[20, 36] < 0.0 < blur[5, 5]
+    picked = seidel.circle_of_confusion(lens, image, depth, settings=seidel.Settings(focus_distance=post))
+    assert np.abs(picked[20, 36]) < np.abs(blur[20, 36])
+
+
 def test_doubts_about_a_depth_pass_are_warnings(lens, image, depth):
     scaled = depth / depth.max()
     with pytest.warns(seidel.DepthWarning, match=r"normalised.*DepthPass.kind"):

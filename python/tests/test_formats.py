@@ -53,7 +53,7 @@ def test_imageio(lens, image, depth, tmp_path):
     path = tmp_path / "plate.png"
     imageio.imwrite(path, np.clip(255.0 * image, 0.0, 255.0).astype(np.uint8))
     codes = imageio.imread(path)
-    with pytest.raises(seidel.InvalidInput, match="uint8"):
+    with pytest.warns(UserWarning, match="uint8"):
         seidel.apply(lens, codes, depth)
     # Codes of 8 bits are not scene-linear: here by the pure power of display.
     plate = (codes.astype(np.float32) / 255.0) ** 2.2
@@ -61,3 +61,19 @@ def test_imageio(lens, image, depth, tmp_path):
     assert result.shape == codes.shape and not np.array_equal(result, plate)
     imageio.imwrite(path, (255.0 * np.clip(result, 0.0, 1.0) ** (1 / 2.2)).astype(np.uint8))
     assert imageio.imread(path).shape == codes.shape
+
+
+def test_torch(lens, image, depth):
+    torch = package("torch")
+    tensors = torch.from_numpy(image), torch.from_numpy(depth)
+    assert np.array_equal(seidel.apply(lens, *tensors), seidel.apply(lens, image, depth))
+    with pytest.raises(seidel.InvalidInput, match=r"detach\(\)"):
+        seidel.apply(lens, tensors[0].requires_grad_(), depth)
+
+
+def test_pillow(lens, image, depth):
+    pillow = package("PIL.Image")
+    picture = pillow.fromarray(np.clip(255.0 * image, 0.0, 255.0).astype(np.uint8))
+    with pytest.warns(UserWarning, match="uint8"):
+        result = seidel.apply(lens, picture, pillow.fromarray(depth))
+    assert np.array_equal(result, seidel.apply(lens, np.asarray(picture, np.float32), depth))

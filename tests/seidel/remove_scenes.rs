@@ -1,4 +1,4 @@
-//! Removal from plates that other programs rendered: rows of docs/background/remove.md.
+//! Removal from plates that other programs rendered: rows of docs/background/figures.md.
 
 use std::path::{Path, PathBuf};
 

@@ -10,7 +10,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use seidel_core::{Edges, Expand, Settings};
+use seidel_core::{Edges, Expand, MaskScales, Settings};
 
 use super::knobs::{ApplyKnobs, knob_text};
 use super::plates::{
@@ -47,7 +47,8 @@ pub struct ApplyArgs {
     residual: Option<PathBuf>,
     /// Mask: the plate keeps its own pixels where it is 0; or a frame pattern. Its A, its only channel, or CHANNEL
     ///
-    /// The plate is blurred as without it, so light of a masked object still reaches its surroundings; --holdout takes that away.
+    /// The plate is blurred as without it, so light of a masked object still reaches its surroundings. With --mask-scales blur the mask
+    /// scales the blur itself, which takes that away.
     #[arg(long, help_heading = "Look", value_name = "FILE[:CHANNEL]", value_parser = channel_parser(), conflicts_with = "residual")]
     mask: Option<ChannelSpec>,
     /// Only the lens's axial and lateral colour, without the blur that all colours share
@@ -79,6 +80,9 @@ impl ApplyArgs {
         let mut record = rendering_record(&of_edges(settings, edges), &self.occlusion.record());
         if settings.mix != 1.0 {
             record.push(setting("mix", settings.mix));
+        }
+        if settings.mask_scales != MaskScales::Mix {
+            record.push(setting("mask_scales", knob_text("mask-scales", settings)));
         }
         if self.only_chroma {
             record.push(setting("only_chroma", true));
@@ -120,6 +124,10 @@ pub(super) fn run(
 ) -> Result<(), CommandError> {
     let mut settings = Settings::default();
     args.knobs.put(&mut settings)?;
+    if settings.mask_scales != MaskScales::Mix && args.mask.is_none() {
+        let problem = "--mask-scales needs a mask: give --mask, or leave it out";
+        return Err(CommandError::Usage(problem.to_owned()));
+    }
     if args.residual.is_some() {
         if settings.mix != 1.0 {
             let problem = "--mix and --residual cannot be combined: leave one of the two out";

@@ -12,7 +12,7 @@ use seidel_optics::profile::schema;
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
-use crate::pictures::sheet::{SheetOptions, lens_sheet};
+use crate::pictures::sheet::{SheetOptions, below_each_other, lens_sheet};
 use seidel_image_io::formats::png::write_rgb8;
 use seidel_image_io::lens_profile;
 
@@ -21,7 +21,7 @@ use seidel_image_io::lens_profile;
 pub enum LensCommand {
     /// List the lenses that come with the program, and the profiles in the folder that SEIDEL_LENSES names
     List(ListArgs),
-    /// Describe a lens of the library, or draw the PSFs of any lens over the frame, by channel and distance
+    /// Describe lenses, or draw their PSFs over the frame, by channel and distance
     Show(ShowArgs),
     /// Write the profile of a lens of the library, or of the folder that SEIDEL_LENSES names, to pin it over a long show
     Export(ExportArgs),
@@ -50,9 +50,10 @@ pub struct ExportArgs {
 /// Options of `seidel lens show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
-    /// Lens profile, or the name of a lens of the library, with or without library: before it
-    lens: PathBuf,
-    /// Picture to write (PNG); the lens is described in words if this is left out
+    /// Lens profiles, or names of lenses of the library, with or without library: before them
+    #[arg(required = true, value_name = "LENS")]
+    lenses: Vec<PathBuf>,
+    /// Picture to write (PNG), the sheets of several lenses below each other; the lenses are described in words if this is left out
     #[arg(short, long, value_name = "SHEET.png")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -103,7 +104,7 @@ fn list(args: &ListArgs, console: &mut Console) -> Result<(), CommandError> {
         let reference = format!("{}{name}", library::PREFIX);
         let state = match lens_profile::read(Path::new(&reference)) {
             Ok(_) => "own profile".to_owned(),
-            Err(error) => format!("cannot be used: {}", error.problem()),
+            Err(error) => format!("cannot be used: {error}"),
         };
         console.print(format!("{reference:<64} {state}"));
     }
@@ -196,30 +197,43 @@ fn words(path: &Path, lens: &LensProfile) -> String {
 }
 
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
-    let path = with_prefix(&args.lens);
-    let of_library = lens_profile::of_library(&path)?;
+    let lenses: Vec<_> = args.lenses.iter().map(|lens| with_prefix(lens)).collect();
     let Some(output) = &args.output else {
-        match of_library {
-            Some(lens) => console.print(lens.sheet()?.to_string().trim_end()),
-            None => console.print(words(&path, &lens_profile::read(&path)?)),
-        }
+        let descriptions = lenses.iter().map(|lens| description(lens));
+        let descriptions = descriptions.collect::<Result<Vec<_>, _>>()?;
+        console.print(descriptions.join("\n\n"));
         return Ok(());
     };
-    let Drawing { lens, model } = args.drawing.open(&path, console)?;
-    let options = SheetOptions {
-        title: of_library
-            .map(LibraryLens::sheet)
-            .transpose()?
-            .map(|sheet| sheet.title),
-        ..SheetOptions::default()
-    };
-    let sheet = lens_sheet(lens.profile(), model, &options)?;
-    write_rgb8(output, &sheet)?;
+    let (mut sheets, mut remarks) = (Vec::new(), Vec::new());
+    for path in &lenses {
+        let of_library = lens_profile::of_library(path)?;
+        let Drawing { lens, model } = args.drawing.open(path, console)?;
+        let options = SheetOptions {
+            title: of_library
+                .map(LibraryLens::sheet)
+                .transpose()?
+                .map(|sheet| sheet.title),
+            ..SheetOptions::default()
+        };
+        sheets.push(lens_sheet(lens.profile(), model, &options)?);
+        remarks.push(match lens.profile().adequacy() {
+            Some(adequacy) => adequacy.to_string(),
+            None if of_library.is_some() => continue,
+            None => "the profile does not say how well its model describes the lens".to_owned(),
+        });
+    }
+    write_rgb8(output, &below_each_other(&sheets))?;
     console.print(format!("wrote {}", output.display()));
-    match lens.profile().adequacy() {
-        Some(adequacy) => console.print(adequacy.to_string()),
-        None if of_library.is_some() => {}
-        None => console.print("the profile does not say how well its model describes the lens"),
+    for remark in remarks {
+        console.print(remark);
     }
     Ok(())
+}
+
+/// Returns a lens in words: the sheet of a lens of the library, or what the profile at `path` says.
+fn description(path: &Path) -> Result<String, CommandError> {
+    Ok(match lens_profile::of_library(path)? {
+        Some(lens) => lens.sheet()?.to_string().trim_end().to_owned(),
+        None => words(path, &lens_profile::read(path)?),
+    })
 }

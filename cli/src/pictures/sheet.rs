@@ -1,6 +1,7 @@
 //! The PSF sheet: the PSFs of a lens over its frame, by object distance and channel.
 
-use image::RgbImage;
+use image::imageops::replace;
+use image::{Rgb, RgbImage};
 use seidel_core::profile::PupilChannel;
 use seidel_core::{BlurField, LensProfile, ObjectDistance, Predictor, Result};
 use seidel_optics::psf::PsfModel;
@@ -51,6 +52,19 @@ pub fn lens_sheet(
     options: &SheetOptions,
 ) -> Result<RgbImage> {
     Ok(draw(lens, model, options)?.image)
+}
+
+/// Returns `sheets` of one width below each other.
+pub fn below_each_other(sheets: &[RgbImage]) -> RgbImage {
+    let width = sheets.iter().map(RgbImage::width).max().unwrap_or(0);
+    let height = sheets.iter().map(RgbImage::height).sum();
+    let mut page = RgbImage::from_pixel(width, height, Rgb(BACKGROUND));
+    let mut top = 0;
+    for sheet in sheets {
+        replace(&mut page, sheet, 0, top);
+        top += i64::from(sheet.height());
+    }
+    page
 }
 
 /// The contents of a panel.

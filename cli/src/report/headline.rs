@@ -103,9 +103,9 @@ fn gap_card(d: &Diagnosis) -> String {
             (!d.added.is_empty()).then_some(d.gap.after),
             "",
         ),
-        ("by the lens's own model", Some(d.shares.model), "other"),
+        ("fit error of the lens", Some(d.shares.model), "other"),
         (
-            "by a change since its own set",
+            "new since the lens was fitted",
             Some(d.shares.change),
             "other",
         ),

@@ -139,7 +139,8 @@ pub fn lens_page(subject: &LensSubject) -> Result<String> {
         }
     }
     let focus = profile.camera.focus_distance;
-    let start_distance = distances.iter().position(|d| *d == focus).unwrap_or(0);
+    // Out of focus, where PSFs have a shape.
+    let start_distance = distances.iter().position(|d| *d != focus).unwrap_or(0);
     let camera = &profile.camera;
     let known = [
         Some(format!(

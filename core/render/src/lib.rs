@@ -56,8 +56,8 @@ pub use chromatic_lens::ChromaticLens;
 pub use clamped_lens::ClampedLens;
 pub use depth::{
     CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthPlace, DepthProblem,
-    DepthReading, FocusControls, FocusRemap, LensDistances, MAX_MULTIPLIER, PlateExtent, Severity,
-    focus_vergence,
+    DepthReading, FocusControls, FocusRange, FocusRemap, LensDistances, MAX_MULTIPLIER,
+    PlateExtent, Severity, focus_vergence,
 };
 pub use edge_replication::{EdgeReplicatingRenderer, LightBeyond};
 pub use gather::{Gather, KernelStore, LayerContext, Operator, Quality};

@@ -2,7 +2,7 @@
 
 use super::choice::{Choice, ChoiceOption, index_in};
 use super::kind::{HostGroup, Knob, KnobKind, KnobScope, KnobUse, Number, Switch, Unit};
-use crate::settings::{Edges, Expand, OcclusionSettings, Quality};
+use crate::settings::{Edges, Expand, MaskScales, OcclusionSettings, Quality};
 
 fn is_apply(case: &KnobUse) -> bool {
     !case.is_removal()
@@ -16,6 +16,8 @@ const EDGES: [Option<Edges>; 4] = [
     Some(Edges::Extend),
     None,
 ];
+
+const MASK_SCALES: [MaskScales; 2] = [MaskScales::Mix, MaskScales::Blur];
 
 const EXPANSIONS: [Expand; 3] = [Expand::Auto, Expand::Always, Expand::Never];
 
@@ -182,6 +184,32 @@ pub(super) static KNOBS: &[Knob] = &[
             set: |settings, value| settings.mix = value,
         }),
     ),
+    Knob {
+        details: "The blur is scaled before it is rendered, so a part that a mask keeps sharp has no blurred copy of itself around it.",
+        has_effect: is_apply,
+        ..Knob::new(
+            "mask-scales",
+            KnobScope::Apply,
+            "What the mask scales",
+            KnobKind::Choice(Choice {
+                options: &[
+                    ChoiceOption {
+                        word: "mix",
+                        label: "Mix",
+                        help: "The weight of the blurred plate against its own pixels",
+                    },
+                    ChoiceOption {
+                        word: "blur",
+                        label: "Blur",
+                        help: "The blur of each pixel, down to that in focus, by moving its distance towards the focus; needs a lens with a focus",
+                    },
+                ],
+                default: 0,
+                get: |settings| index_in(&MASK_SCALES, &settings.mask_scales),
+                set: |settings, index| settings.mask_scales = MASK_SCALES[index],
+            }),
+        )
+    },
     Knob {
         details: "At each place and distance the sharpest colour stays sharp, and the others blur by as much as their variance exceeds its own.",
         has_effect: is_apply,

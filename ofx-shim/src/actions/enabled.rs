@@ -64,7 +64,7 @@ fn settings_as_far_as_valid(knobs: &Knobs) -> Settings {
 }
 
 /// Returns the states of the node's own knobs, and that of Grain, which depends on one of them.
-fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 24] {
+fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 25] {
     let mode = case.mode;
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
@@ -106,5 +106,9 @@ fn own_states(knobs: &Knobs, case: &KnobUse) -> [(&'static Knob, bool); 24] {
         (named("grain"), removes_all),
         (&remove::CHECK_LENS, mode != Mode::Apply),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
+        (
+            &output::MASK_SCALES,
+            knobs.is_on(&output::USE_MASK) && mode == Mode::Apply,
+        ),
     ]
 }

@@ -5,7 +5,9 @@ use std::ffi::CStr;
 use super::Answer;
 use crate::clips::{APERTURE, DEPTH, HOLDOUT, MASK, REFERENCE};
 use crate::host::{Call, Result};
+use crate::knobs::Knobs;
 use crate::rendering::project_region;
+use crate::settings::mask_scales_blur;
 use crate::sys::OfxRectD;
 use crate::sys::effect::{CLIP_SOURCE, REGION_OF_INTEREST};
 
@@ -19,10 +21,11 @@ const INPUTS: [(&CStr, &CStr); 6] = [
     (REFERENCE, c"OfxImageClipPropRoI_Reference"),
 ];
 
-/// Requests all of each input, since how a part is rendered depends on the whole plate; of the mask, the rendered part. The
+/// Requests all of each input, since how a part is rendered depends on the whole plate; of a mask that only mixes, the rendered part. The
 /// region of the project takes the place of an input's region that is not known yet (openfx-runner).
 pub(super) fn regions(call: &Call) -> Result<Answer> {
     let time = call.time();
+    let mask_mixes = !mask_scales_blur(&Knobs::at(&call.effect, time));
     let asked = call.arguments.doubles::<4>(REGION_OF_INTEREST);
     let asked = asked.map(|[x1, y1, x2, y2]| OfxRectD { x1, y1, x2, y2 });
     for (name, property) in INPUTS {
@@ -38,7 +41,7 @@ pub(super) fn regions(call: &Call) -> Result<Answer> {
             continue;
         };
         let wanted = match asked {
-            Some(asked) if name == MASK => intersection(all, asked),
+            Some(asked) if name == MASK && mask_mixes => intersection(all, asked),
             _ => all,
         };
         // Nuke runs out of memory with an empty region.

@@ -12,14 +12,15 @@ use crate::host::{Call, Failure, Image, Result};
 use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, lens, named, output, remove};
 use crate::lens::KernelSource;
-use crate::plate_image::PlateImage;
+use crate::plate_image::{PlateImage, collect_rows};
 use crate::rendering::{
     FocusRange, Frame, Inputs, MixedChannels, Mixing, Outcome, RenderJob, Source, Task,
     aperture_picture, draw_psf_grid, field, gap_map, image_of_input, in_host_pixels, render_window,
     tint_by_focus,
 };
 use crate::settings::{
-    HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, put_look, settings,
+    HostQuality, chosen_lens, focus_vergence_per_m, mask_scales_blur, plate_geometry, put_look,
+    settings,
 };
 use crate::sys::effect::{CLIP_OUTPUT, QUALITY_DRAFT, THUMBNAIL};
 use crate::sys::plugin::STATUS_ERR_IMAGE_FORMAT;
@@ -161,13 +162,17 @@ impl Render<'_, '_> {
         if effect.is_aborted() {
             return Ok(Outcome::Aborted);
         }
+        let mut plate = Plate::new(image)
+            .with_geometry(geometry)
+            .with_depth(depth)
+            .with_holdout(inputs.holdout(knobs, frame.scale, &geometry)?);
+        if mask_scales_blur(knobs) {
+            plate.mask = self.blur_mask(frame.extent)?;
+        }
         let job = RenderJob {
             task,
             session,
-            plate: Plate::new(image)
-                .with_geometry(geometry)
-                .with_depth(depth)
-                .with_holdout(inputs.holdout(knobs, frame.scale, &geometry)?),
+            plate,
             margins: frame.margins,
             // Blocks of the gap are the same for every window.
             window: if output == output::GAP {
@@ -272,12 +277,37 @@ impl Render<'_, '_> {
         settings(self.knobs, profile, self.frame.scale, quality, side)
     }
 
+    /// Reads the image of the mask, if it is connected and used.
+    fn mask_image(&self) -> Result<Option<Image<'_>>> {
+        image_of_input(self.call, self.knobs, MASK, &output::USE_MASK)
+    }
+
+    /// Reads the mask over `extent` as factors of the blur, if it is connected and used.
+    fn blur_mask(&self, extent: Rectangle) -> Result<Option<Vec<f32>>> {
+        let Some(image) = self.mask_image()? else {
+            return Ok(None);
+        };
+        let factors = self.mixing(1.0, Some(&image));
+        let factors = collect_rows(extent, 1, |pixel, row| factors.read_weights(pixel, row));
+        factors.map(Some)
+    }
+
     /// Mixes the result with the source.
     fn mix(&self, result: &mut Interleaved) -> Result<()> {
-        let mask = image_of_input(self.call, self.knobs, MASK, &output::USE_MASK)?;
-        let mask = mask.as_ref();
-        let mixing = Mixing {
-            mix: self.knobs.number(&output::MIX) as f32,
+        let mask = if mask_scales_blur(self.knobs) {
+            None
+        } else {
+            self.mask_image()?
+        };
+        let mix = self.knobs.number(&output::MIX) as f32;
+        (self.mixing(mix, mask.as_ref())).apply(result, &self.original);
+        Ok(())
+    }
+
+    /// Returns the weights of `mix` and a `mask`.
+    fn mixing<'m>(&self, mix: f32, mask: Option<&'m Image>) -> Mixing<'m> {
+        Mixing {
+            mix,
             mask: mask.and_then(|image| PlateImage::new(image, self.frame.map)),
             invert_mask: self.knobs.is_on(&output::MASK_INVERT),
             channels: match self.knobs.choice(&output::CHANNELS) {
@@ -285,8 +315,6 @@ impl Render<'_, '_> {
                 output::ALPHA => MixedChannels::Alpha,
                 _ => MixedChannels::All,
             },
-        };
-        mixing.apply(result, &self.original);
-        Ok(())
+        }
     }
 }

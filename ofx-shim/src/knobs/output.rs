@@ -55,15 +55,30 @@ pub(crate) static CHANNELS: Knob = Knob {
 pub(crate) static USE_MASK: Knob = Knob {
     name: c"useMask",
     label: c"Use Mask",
-    hint: c"Keeps the source where the alpha of the input Mask is 0, if it is connected. Some hosts, such as Resolve, always report it as connected: there, switch this on only if it is.",
+    hint: c"Keeps the source where the alpha of the input Mask is 0, if it is connected, or scales the blur: see Mask Scales. Some hosts, such as Resolve, always report it as connected: there, switch this on only if it is.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static MASK_INVERT: Knob = Knob {
     name: c"maskInvert",
     label: c"Invert Mask",
-    hint: c"Keeps the source where the mask is 1 instead.",
+    hint: c"Uses 1 less the mask.",
     kind: Kind::Switch(false),
+};
+
+/// Mask Scales: the weight of the result.
+pub(crate) const SCALES_MIX: i32 = 0;
+/// Mask Scales: the blur of each pixel.
+pub(crate) const SCALES_BLUR: i32 = 1;
+
+pub(crate) static MASK_SCALES: Knob = Knob {
+    name: c"maskScales",
+    label: c"Mask Scales",
+    hint: c"Mix: the mask is the weight of the result against the source. Blur (mode Apply): the mask is a factor of the blur of each pixel, 0 as sharp as in focus, without a blurred copy around it.",
+    kind: Kind::Choice {
+        default: SCALES_MIX,
+        options: &[c"Mix", c"Blur"],
+    },
 };
 
 pub(crate) static MIX: Knob = Knob {
@@ -94,6 +109,7 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&CHANNELS),
         Own::first(&USE_MASK),
         Own::first(&MASK_INVERT),
+        Own::first(&MASK_SCALES),
         Own::first(&MIX),
         Own::first(&SHOW_LENS),
     ],

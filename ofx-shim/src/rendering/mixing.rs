@@ -66,7 +66,7 @@ impl Mixing<'_> {
     }
 
     /// Reads the weights of the result at `pixel` and those to its right. The mask is zero outside its image and where it is NaN.
-    fn read_weights(&self, pixel: (i32, i32), weights: &mut [f32]) {
+    pub(crate) fn read_weights(&self, pixel: (i32, i32), weights: &mut [f32]) {
         let Some(mask) = self.mask else {
             weights.fill(self.mix);
             return;

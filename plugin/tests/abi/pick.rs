@@ -1,4 +1,4 @@
-//! The object distance at a pixel.
+//! The object distance at a pixel, and findings in a depth image.
 
 use seidel_c::*;
 
@@ -34,4 +34,41 @@ fn the_distance_is_that_of_the_pixel_without_fine_gaps() {
     }
     let (status, _) = pick(&plate, -4, 15);
     assert_refused(status, SeidelStatus::Argument, "pixel (-4, 15)");
+}
+
+#[test]
+fn a_normalised_depth_is_found_in_the_words_of_the_command() {
+    let area = rect(0, 0, 160, 90);
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::pattern(area, 3);
+    let findings = |depth: &TestImage| {
+        let (image, depth_image) = (source.input(), depth.input());
+        let mut plate = plate(&image, area);
+        plate.depth = &depth_image;
+        let (mut text, mut needed) = ([0_u8; 1024], 0);
+        // SAFETY: all pointers are valid, and the text has its length.
+        assert_ok(unsafe {
+            (exports().depth_findings)(
+                lens.0,
+                &settings(),
+                &plate,
+                text.as_mut_ptr().cast(),
+                text.len(),
+                &mut needed,
+            )
+        });
+        String::from_utf8(text[..needed - 1].to_vec()).expect("UTF-8")
+    };
+    let post_and_wall = |wall: f32| {
+        TestImage::from_fn(area, 1, move |x, _, _| match x {
+            60..80 => 0.4 * wall,
+            _ => wall,
+        })
+    };
+    assert_eq!(findings(&post_and_wall(4.0)), "");
+    let found = findings(&post_and_wall(1.0));
+    assert!(
+        found.starts_with("is doubtful: numbers fill 0 to 1"),
+        "{found}"
+    );
 }

@@ -29,11 +29,17 @@ const LOOKS: [(&str, &str); 12] = [
     ("--cats-eye 1", "--cats-eye 1"),
     ("--spherical 1", "--spherical 1"),
     ("--spherical -1", "--spherical -1"),
-    ("--axial-colour 4", "--axial-colour 4"),
-    ("--lateral-colour 4", "--lateral-colour 4"),
-    ("--bloom 0.3", "--bloom 0.3"),
+    ("--lens library:wide-zoom-16", "library:wide-zoom-16"),
     (
-        "--squeeze 1.8 --cats-eye 0.7 --spherical 0.6 --bloom 0.15",
+        "--lens library:wide-zoom-16 --lateral-colour 4",
+        "library:wide-zoom-16 --lateral-colour 4",
+    ),
+    (
+        "--bloom 0.5 --bloom-level 0.5",
+        "--bloom 0.5 --bloom-level 0.5",
+    ),
+    (
+        "--squeeze 1.8 --cats-eye 0.7 --spherical 0.6",
         "squeeze 1.8, cat's eye 0.7, spherical 0.6",
     ),
 ];
@@ -75,11 +81,15 @@ pub(super) fn draw_named(programs: &Programs) -> Result<(), String> {
     )
 }
 
-/// Returns a function that draws the panel of options and a label.
+/// Returns a function that draws the panel of options and a label, through `modern-50` unless the options name a lens.
 fn of_modern(programs: &Programs) -> impl Fn((&str, &str)) -> Result<Panel, String> {
     move |(options, label)| {
-        let options = format!("--lens library:modern-50 {options}");
-        panel(programs, &options, label)
+        let lens = if options.contains("--lens") {
+            ""
+        } else {
+            "--lens library:modern-50 "
+        };
+        panel(programs, &format!("{lens}{options}"), label)
     }
 }
 

@@ -23,7 +23,7 @@ pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME..
 type Draw = fn(&Programs) -> Result<(), String>;
 
 /// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 12] = [
+const PICTURES: [(&str, Draw); 13] = [
     ("before-after", |p| demo_file(p, "before-after.png")),
     ("sheet", |p| demo_file(p, "sheet.png")),
     ("lenses", |p| demo_file(p, "lenses.png")),
@@ -35,6 +35,7 @@ const PICTURES: [(&str, Draw); 12] = [
     ("remove", remove::draw),
     ("depth-edges", depth_edges::draw),
     ("show", show::draw),
+    ("shot", show::draw_shot),
     ("evaluation", evaluation::draw),
 ];
 

@@ -1,4 +1,4 @@
-//! The blur of the demo's plate by depth, as `seidel apply --show` draws it.
+//! The demo's plate through a lens: its blur as `seidel apply --show` draws it, and the shot of the guide.
 
 use image::imageops::{FilterType, resize};
 
@@ -15,33 +15,65 @@ const PLATE: Crop = Crop {
 };
 const REDUCTION: u32 = 2;
 
+/// Draws the blur of the plate, and what `--show` draws for it.
 pub(super) fn draw(programs: &Programs) -> Result<(), String> {
-    programs.demo()?;
-    let work = programs.work();
-    let view = "--ocio seidel --in-space lin_rec709 --view sRGB/Plain";
-    let mut panels = Vec::new();
-    for (option, label) in [
+    let lens = "--lens demo/lens.json --focus-distance 2.5 --f-number 2";
+    let panels = [
         ("", "blurred: focus 2.5 m, f/2"),
         ("--show coc", "--show coc: blue 1 px, green 4, orange 16"),
         ("--show focus", "--show focus: green in focus, red in front"),
         ("--show slices", "--show slices: one colour each"),
-    ] {
-        let file = work.join("show.png");
-        programs.seidel(&format!(
-            "apply --lens demo/lens.json demo/plate.exr -o show.exr --focus-distance 2.5 --f-number 2 {option}"
-        ))?;
+    ];
+    sheet(programs, lens, &panels, "show.png")
+}
+
+/// Draws the ends of the rack focus of the guide, and both uses of its mask.
+pub(super) fn draw_shot(programs: &Programs) -> Result<(), String> {
+    programs.demo()?;
+    let lens = "--lens library:modern-50 --f-number 1.4";
+    programs.seidel(&format!(
+        "apply {lens} demo/plate.exr -o mask.exr --show focus-matte --focus-distance inf --focus-tolerance 8"
+    ))?;
+    let panels = [
+        ("--focus-distance 1.164", "frame 1001: focus on the pole"),
+        ("--focus-distance 2.034", "frame 1024: focus on the slate"),
+        (
+            "--focus-distance 20 --mask mask.exr:R",
+            "--mask: the halo of the pole stays",
+        ),
+        (
+            "--focus-distance 20 --mask mask.exr:R --mask-scales blur",
+            "--mask-scales blur: no halo",
+        ),
+    ];
+    sheet(programs, lens, &panels, "shot.png")
+}
+
+/// Draws a panel of the plate for each option and label of `panels`, at half the size.
+fn sheet(
+    programs: &Programs,
+    lens: &str,
+    panels: &[(&str, &str)],
+    file: &str,
+) -> Result<(), String> {
+    programs.demo()?;
+    let work = programs.work();
+    let view = "--ocio seidel --in-space lin_rec709 --view sRGB/Plain";
+    let mut drawn = Vec::new();
+    for (option, label) in panels {
+        programs.seidel(&format!("apply {lens} demo/plate.exr -o show.exr {option}"))?;
         programs.seidel(&format!("lut show.exr -o show.png {view}"))?;
-        let image = part_of_file(&file, PLATE)?;
+        let image = part_of_file(&work.join("show.png"), PLATE)?;
         let (width, height) = (PLATE.width / REDUCTION, PLATE.height / REDUCTION);
-        panels.push(Panel {
-            label: label.to_owned(),
+        drawn.push(Panel {
+            label: (*label).to_owned(),
             image: resize(&image, width, height, FilterType::Triangle),
         });
     }
     let sheet = work.join("show-sheet.png");
-    let drawn = grid(&panels, 2)?;
+    let drawn = grid(&drawn, 2)?;
     drawn
         .save(&sheet)
         .map_err(|why| format!("{}: {why}", sheet.display()))?;
-    programs.install(&sheet, "show.png")
+    programs.install(&sheet, file)
 }

@@ -169,13 +169,7 @@ fn coc(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {
 }
 
 fn coc_px(map: &BlurMap) -> (PixelColour<'_>, Vec<String>) {
-    let pixel = move |index: usize, _, _| {
-        let diameter = map.diameter_px[index];
-        match map.side(index) {
-            Some(FocusSide::Front) => [-diameter; 3],
-            _ => [diameter; 3],
-        }
-    };
+    let pixel = move |index: usize, _, _| [map.signed_diameter_px(index); 3];
     let legend = "R, G and B: diameter of the circle of confusion, px, negative in front of the focus; A is 1";
     (Box::new(pixel), vec![legend.to_owned()])
 }

@@ -178,7 +178,7 @@ impl MatchArgs {
 
     fn print_report(&self, matched: &PlateMatch, console: &mut Console) {
         console.print(format!(
-            "{} edges and lights, {:.0} of them sharp; the scene blurs the others by {:.2} px² on average",
+            "{} edges and lights, {:.0} sharp; the scene blurs the others by {:.2} px² on average",
             matched.samples, matched.sharp, matched.scene_px2
         ));
         let axis = matched.lens.frame.axis();

@@ -8,11 +8,12 @@ use seidel_core::{PreparedPlate, Result, Severity};
 /// Those of [`PreparedPlate::depth_findings`].
 pub(super) fn check_depth(plate: &PreparedPlate) -> Result<Vec<String>> {
     let findings = plate.depth_findings()?;
-    let messages = findings.iter().map(|finding| match finding.severity {
-        Severity::Warning => {
-            format!("is doubtful: {finding} (--no-depth-check skips this check)")
-        }
-        Severity::Note => format!("may be intended: {finding}"),
+    let messages = findings.iter().map(|finding| {
+        let skip = match finding.severity {
+            Severity::Warning => " (--no-depth-check skips this check)",
+            Severity::Note => "",
+        };
+        format!("{}: {finding}{skip}", finding.severity)
     });
     Ok(messages.collect())
 }

@@ -5,7 +5,7 @@
 //! instead: a hypothesis that leaves the share r of the gap has a marginal likelihood of
 //! r^(-EFFECTIVE_SAMPLES / 2). Its free parameters cost [`parameter_price`] (an Occam factor), and the
 //! unknown cause is a hypothesis that leaves [`UNKNOWN_LEAVES`]. All constants were calibrated on simulated
-//! cases with other seeds than those reported (docs/background/diagnosis.md).
+//! cases with other seeds than those reported (docs/background/figures.md).
 
 use seidel_optics::effects;
 

@@ -18,7 +18,7 @@
 //!   photographs).
 //!
 //! Two threads, one plane. Times are medians of rounds in which blurring and removal alternate, from plane to plane. The
-//! output is Markdown: see `docs/background/remove.md`.
+//! output is Markdown: see `docs/background/figures.md`.
 
 mod case;
 mod depth_edges;

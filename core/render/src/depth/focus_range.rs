@@ -83,6 +83,48 @@ pub struct PlateExtent {
     pub height: usize,
 }
 
+/// The range of distances that is as sharp as the focus plane.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FocusRange {
+    /// Vergence of the focus plane, 1/m.
+    focus: f64,
+    /// Nearer end of the range, 1/m.
+    near: f64,
+    /// Farther end of the range, 1/m.
+    far: f64,
+}
+
+impl FocusRange {
+    /// Returns the range of `controls` for `lens`.
+    ///
+    /// # Errors
+    /// A focus plane that is not finite; a lens whose blur does not depend on distance; and a range around a focus plane at infinity.
+    pub fn new(lens: &dyn BlurField, controls: &FocusControls) -> Result<Self> {
+        controls.check()?;
+        let sharpest = focus_vergence(lens).ok_or_else(|| {
+            Error::new(
+                "focus controls",
+                "need a lens with a focus, but the blur of this one does not grow on both sides of any distance",
+                "fit it to sets at three or more distances, or leave out depth of field, multipliers, maximum size and blur masks",
+            )
+        })?;
+        let focus = controls.focus_per_m.unwrap_or(sharpest);
+        let (near, far) = ends(focus, controls.depth_of_field_m)?;
+        Ok(Self { focus, near, far })
+    }
+
+    /// Returns the vergence whose difference from the range is `share` times that of `v`, 1/m.
+    pub fn nearer_focus(&self, v: f64, share: f64) -> f64 {
+        let end = v.clamp(self.far, self.near);
+        // A separate case, so that a share of 1 changes no bit.
+        if share == 1.0 {
+            v
+        } else {
+            end + share * (v - end)
+        }
+    }
+}
+
 /// [`FocusControls`] resolved for a lens and a plate: a map from object vergence to the vergence to draw.
 ///
 /// Outside the range in focus v maps to f + m u. Here f is the vergence in focus, u the difference of v to the nearer end
@@ -90,11 +132,7 @@ pub struct PlateExtent {
 /// vergences at which the largest kernel of the plate has the maximum size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FocusRemap {
-    focus: f64,
-    /// Nearer end of the range in focus, 1/m.
-    near: f64,
-    /// Farther end of the range in focus, 1/m.
-    far: f64,
+    range: FocusRange,
     front: f64,
     back: f64,
     /// Smallest vergence drawn, 1/m.
@@ -112,10 +150,8 @@ impl FocusRemap {
     /// A focus plane that is not finite; a lens whose blur does not depend on distance; and a range around a focus plane at infinity.
     pub fn new(lens: &dyn BlurField, plate: PlateExtent, controls: &FocusControls) -> Result<Self> {
         controls.check()?;
-        let mut range = Self {
-            focus: 0.0,
-            near: 0.0,
-            far: 0.0,
+        let mut remap = Self {
+            range: FocusRange::default(),
             front: controls.front,
             back: controls.back,
             lowest: f64::NEG_INFINITY,
@@ -123,26 +159,19 @@ impl FocusRemap {
             unreachable_maximum_px: None,
         };
         if controls.is_neutral() {
-            return Ok(range);
+            return Ok(remap);
         }
-        let sharpest = focus_vergence(lens).ok_or_else(|| {
-            Error::new(
-                "focus controls",
-                "need a lens with a focus, but the blur of this one does not grow on both sides of any distance",
-                "fit it to sets at three or more distances, or leave out depth of field, multipliers and maximum size",
-            )
-        })?;
-        range.focus = controls.focus_per_m.unwrap_or(sharpest);
-        (range.near, range.far) = ends(range.focus, controls.depth_of_field_m)?;
+        remap.range = FocusRange::new(lens, controls)?;
         if let Some(size) = controls.maximum_px {
+            let focus = remap.range.focus;
             let kernels = KernelProbes::new(lens, plate);
-            let in_focus = kernels.largest(range.focus);
-            range.unreachable_maximum_px = (in_focus > size).then_some(in_focus);
+            let in_focus = kernels.largest(focus);
+            remap.unreachable_maximum_px = (in_focus > size).then_some(in_focus);
             let size = size.max(in_focus);
-            range.highest = kernels.farthest(range.focus, 1.0, size);
-            range.lowest = kernels.farthest(range.focus, -1.0, size);
+            remap.highest = kernels.farthest(focus, 1.0, size);
+            remap.lowest = kernels.farthest(focus, -1.0, size);
         }
-        Ok(range)
+        Ok(remap)
     }
 
     /// The size of the largest kernel in focus, plate px, where the maximum size is smaller: then everything is drawn as in
@@ -153,18 +182,19 @@ impl FocusRemap {
 
     /// Returns the vergence to draw for an object at vergence `v`, 1/m.
     pub fn vergence(&self, v: f64) -> f64 {
-        let (end, factor) = if v > self.near {
-            (self.near, self.front)
-        } else if v < self.far {
-            (self.far, self.back)
+        let FocusRange { focus, near, far } = self.range;
+        let (end, factor) = if v > near {
+            (near, self.front)
+        } else if v < far {
+            (far, self.back)
         } else {
-            return self.focus;
+            return focus;
         };
         // A separate formula without a multiplier, so that neutral values change no bit.
         let moved = if factor == 1.0 {
-            v - (end - self.focus)
+            v - (end - focus)
         } else {
-            self.focus + factor * (v - end)
+            focus + factor * (v - end)
         };
         moved.clamp(self.lowest, self.highest)
     }

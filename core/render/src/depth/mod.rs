@@ -9,4 +9,6 @@ pub use check::{
     CameraPerspective, DepthCheck, DepthFinding, DepthPlace, DepthProblem, LensDistances, Severity,
 };
 pub use convention::{DepthConvention, DepthReading};
-pub use focus_range::{FocusControls, FocusRemap, MAX_MULTIPLIER, PlateExtent, focus_vergence};
+pub use focus_range::{
+    FocusControls, FocusRange, FocusRemap, MAX_MULTIPLIER, PlateExtent, focus_vergence,
+};

@@ -90,6 +90,16 @@ impl BlurMap {
         }
     }
 
+    /// Returns the diameter of the circle of confusion of the pixel at `index`, plate px, negative in front of the focus.
+    #[must_use]
+    pub fn signed_diameter_px(&self, index: usize) -> f32 {
+        let diameter = self.diameter_px[index];
+        match self.side(index) {
+            Some(FocusSide::Front) => -diameter,
+            _ => diameter,
+        }
+    }
+
     /// Returns the side of focus of the pixel at `index`; `None` where the lens has no focus.
     #[must_use]
     pub fn side(&self, index: usize) -> Option<FocusSide> {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 /// Side of a patch, px.
 pub(super) const PATCH: usize = 6;
-/// Number of patches in a group. More gain little on photographs (docs/background/remove.md).
+/// Number of patches in a group. More gain little on photographs (docs/background/figures.md).
 pub(super) const GROUP: usize = 8;
 /// Distance from one reference patch to the next, px.
 const STEP: usize = 3;

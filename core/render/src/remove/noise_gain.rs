@@ -10,7 +10,7 @@
 //! The noise of b' has nearly the variance k² s² + (1 - k²) s² = s², because the gain depends on it. The divisor is the noise
 //! that is added: the sharp image takes the noise that it amplifies out of the residual, so that taking off the residual
 //! changes next to nothing there. Where it does, the gain reported is up to 5 % too large. The rest of the excess
-//! (docs/background/remove.md) is not explained; the filters adapt to the noise of each plate, which is not linear.
+//! (docs/background/figures.md) is not explained; the filters adapt to the noise of each plate, which is not linear.
 
 use super::deconvolver::{LIGHTS_SHARE, Variant};
 use super::local_mean::average_locally;

@@ -33,7 +33,7 @@ use seidel_optics::Progress;
 use seidel_optics::error::Result;
 
 /// q in each round: the noise that is removed, in standard deviations of the plate's. Chosen on the photographs of
-/// docs/background/remove.md. With 5, 4 and 3, brick gains 0.06 dB and chelsea loses 0.04 dB.
+/// docs/background/figures.md. With 5, 4 and 3, brick gains 0.06 dB and chelsea loses 0.04 dB.
 const DEVIATIONS: [f64; 3] = [4.0, 3.0, 3.0];
 /// q of the step over x that follows the last round, so that the result reproduces the plate.
 const LAST_DEVIATION: f64 = 1.0;

@@ -2,7 +2,7 @@
 //!
 //! At the start much more than the noise counts as noise, and the share falls with each iteration (a continuation, or homotopy). The
 //! prior shapes the image first: large structures come before small ones, and ringing is not fitted. The values were chosen on the plate
-//! `character` and on the depth scenes of docs/background/remove.md.
+//! `character` and on the depth scenes of docs/background/figures.md.
 
 use super::problem::{Problem, Refinement};
 

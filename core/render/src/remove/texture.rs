@@ -26,7 +26,7 @@ const FALLBACK_DIVISOR: usize = 3;
 /// P / |X|²: the estimate has less power than the true image.
 const POWER_RATIO: f32 = 1.5;
 /// The least shrinkage g. Frequencies that total variation alone determines are right in drawn images and wrong in
-/// photographs of soft subjects; 0.65 keeps most of the gain in both (docs/background/remove.md).
+/// photographs of soft subjects; 0.65 keeps most of the gain in both (docs/background/figures.md).
 const MIN_SHRINKAGE: f32 = 0.65;
 /// Evenness of gradients between which g rises from its least value to 1: such gradients are distributed like those of
 /// noise, from which total variation infers nothing.

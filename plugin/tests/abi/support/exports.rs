@@ -65,6 +65,8 @@ exports! {
         fn(Lens, Settings, Plate, u32, f64, f64, f64, *mut SeidelKernel) -> SeidelStatus;
     distance_at = "seidel_distance_at",
         fn(Lens, Settings, Plate, i32, i32, *mut f64) -> SeidelStatus;
+    depth_findings = "seidel_depth_findings",
+        fn(Lens, Settings, Plate, *mut c_char, usize, *mut usize) -> SeidelStatus;
     memory = "seidel_memory_needed", fn(Settings, Plate, u32, *mut u64) -> SeidelStatus;
 }
 

@@ -14,6 +14,15 @@ pub enum Severity {
     Note,
 }
 
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Warning => "is doubtful",
+            Self::Note => "may be intended",
+        })
+    }
+}
+
 /// A finding in a depth pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthFinding {

@@ -28,7 +28,7 @@ const MIN_STEPS: usize = 200;
 /// Share of pixels with a distance below which a pass is empty.
 const MIN_FILLED: f64 = 0.001;
 
-/// Finds passes that are empty or constant.
+/// Finds passes that are empty, or constant although the plate is not an element over nothing.
 pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     let mut depths = check.vergence.iter().zip(check.samples);
     let filled = check.vergence.par_iter().filter(|v| **v > 0.0).count();
@@ -42,6 +42,10 @@ pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     }
     let (first, sample) = depths.find(|(v, _)| **v > 0.0)?;
     let same = depths.all(|(v, _)| *v <= 0.0 || v == first);
+    let is_element = (check.alpha).is_some_and(|alpha| alpha.contains(&0.0));
+    if same && is_element {
+        return None;
+    }
     same.then(|| DepthFinding {
         problem: DepthProblem::Constant {
             value: f64::from(*sample),
