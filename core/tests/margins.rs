@@ -279,7 +279,8 @@ fn settings_written_in_another_way_give_the_same_result() {
         );
     }
     let (near_m, far_m) = (1.0, 9.0);
-    let conventions: [(DepthConvention, fn(f32) -> f32); 5] = [
+    type Reading = (DepthConvention, fn(f32) -> f32);
+    let conventions: [Reading; 5] = [
         (
             DepthConvention::Distance {
                 metres_per_unit: 0.001,

@@ -60,7 +60,11 @@ impl Target {
 
     /// Returns the time that a damaged input may take over its undamaged twin: less for planted faults, whose tests wait for it.
     pub(crate) fn max_delay(&self) -> Duration {
-        Duration::from_secs(if self.name == planted::TARGET.name { 2 } else { 10 })
+        Duration::from_secs(if self.name == planted::TARGET.name {
+            2
+        } else {
+            10
+        })
     }
 
     /// Returns whether the whole command is run.
