@@ -19,17 +19,18 @@ const fn stop(diameter_px: f32, name: &'static str, srgb: [u8; 3]) -> CocStop {
     }
 }
 
-/// The colours of circles of confusion by diameter, interpolated between by the logarithm of the diameter.
+/// The colours of circles of confusion by diameter, interpolated between by the logarithm of the diameter: black, then the map *viridis*
+/// (S. van der Walt and N. Smith, 2015), which grows brighter evenly for every kind of colour vision.
 pub const COC_SCALE: [CocStop; 9] = [
     stop(0.0, "black", [0, 0, 0]),
-    stop(1.0, "blue", [40, 60, 220]),
-    stop(2.0, "cyan", [0, 190, 220]),
-    stop(4.0, "green", [40, 180, 70]),
-    stop(8.0, "yellow", [245, 225, 60]),
-    stop(16.0, "orange", [245, 140, 30]),
-    stop(32.0, "red", [215, 30, 35]),
-    stop(64.0, "magenta", [215, 60, 205]),
-    stop(128.0, "white", [255, 255, 255]),
+    stop(1.0, "violet", [68, 1, 84]),
+    stop(2.0, "indigo", [70, 50, 126]),
+    stop(4.0, "blue", [54, 92, 141]),
+    stop(8.0, "teal", [39, 127, 142]),
+    stop(16.0, "sea green", [31, 161, 135]),
+    stop(32.0, "green", [74, 193, 109]),
+    stop(64.0, "lime", [160, 218, 57]),
+    stop(128.0, "yellow", [253, 231, 37]),
 ];
 
 /// The scale in scene-linear light of the sRGB primaries.
@@ -84,7 +85,7 @@ mod tests {
             let own = stop.srgb.map(linear);
             assert_eq!(colours.of(stop.diameter_px), own, "{}", stop.name);
         }
-        assert_eq!(colours.of(1e6), [1.0; 3]);
+        assert_eq!(colours.of(1e6), colours.linear[COC_SCALE.len() - 1]);
         let between = colours.of(8.0_f32.sqrt());
         let (a, b) = (colours.linear[2], colours.linear[3]);
         for k in 0..3 {

@@ -20,7 +20,7 @@ pub(super) fn draw(programs: &Programs) -> Result<(), String> {
     let lens = "--lens demo/lens.json --focus-distance 2.5 --f-number 2";
     let panels = [
         ("", "blurred: focus 2.5 m, f/2"),
-        ("--show coc", "--show coc: blue 1 px, green 4, orange 16"),
+        ("--show coc", "--show coc: violet 1 px, blue 4, green 32"),
         ("--show focus", "--show focus: green in focus, red in front"),
         ("--show slices", "--show slices: one colour each"),
     ];
