@@ -16,6 +16,7 @@ pub(crate) struct Abi {
     pub(crate) depth: Option<Picture>,
     pub(crate) matte: Option<Picture>,
     pub(crate) matte_depth: Option<Picture>,
+    pub(crate) mask: Option<Picture>,
 }
 
 impl Drop for Abi {
@@ -76,6 +77,7 @@ impl Abi {
             depth: None,
             matte: None,
             matte_depth: None,
+            mask: None,
         }
     }
 
@@ -95,7 +97,7 @@ impl Abi {
             height: HEIGHT,
         };
         let source = image(source);
-        let inputs = [&self.depth, &self.matte, &self.matte_depth];
+        let inputs = [&self.depth, &self.matte, &self.matte_depth, &self.mask];
         let inputs = inputs.map(|input| input.as_ref().map(image));
         let input = |k: usize| inputs[k].as_ref().map_or(null(), |image| &raw const *image);
         let plate = SeidelPlate {
@@ -107,7 +109,7 @@ impl Abi {
             matte: input(1),
             matte_depth: input(2),
             alphas: null(),
-            mask: null(),
+            mask: input(3),
         };
         assert_eq!(call(&plate, &target), SeidelStatus::Ok);
         out

@@ -57,6 +57,20 @@ fn a_holdout_without_and_with_a_depth_of_its_own() {
 }
 
 #[test]
+fn a_mask_that_scales_the_blur() {
+    let mut rig = with_inverse_depth();
+    let whole = rig.expected();
+    let weight = |x: i32| if x < 18 { 0.0 } else { 0.75 };
+    let mask = || Picture::new(WHOLE, 1, |x, _, _| weight(x));
+    rig.host.choose("maskScales", "Blur");
+    rig.host.connect("Mask", Some(mask()));
+    rig.abi.settings.mask_scales = 1;
+    rig.abi.mask = Some(mask());
+    let scaled = rig.assert_same("a mask of the blur");
+    assert_ne!(scaled.samples, whole.samples);
+}
+
+#[test]
 fn negated_distances_in_centimetres() {
     with_negated_centimetres().assert_same("-depth in cm");
 }
