@@ -30,7 +30,7 @@ const PANELS: [(&str, &[&str]); 6] = [
         ],
     ),
     (
-        "Output: CoC Map",
+        "Output: CoC Map, blue 4 px, green 32, lime 64",
         &["--set", "worldScale=metres", "--set", "output=CoC Map"],
     ),
     (
@@ -38,7 +38,7 @@ const PANELS: [(&str, &[&str]); 6] = [
         &["--set", "worldScale=metres", "--set", "output=PSF Grid"],
     ),
     (
-        "Output: Gap, reference focused at 2.3 m",
+        "Output: Gap, black equal; reference at 2.3 m",
         &[
             "--feed",
             "Reference=reference.exr",
@@ -49,7 +49,7 @@ const PANELS: [(&str, &[&str]); 6] = [
         ],
     ),
     (
-        "World Scale feet, depth in metres",
+        "Not an output: World Scale feet, depth in metres",
         &["--set", "worldScale=feet"],
     ),
 ];
