@@ -20,8 +20,8 @@ pub struct Plate {
     pub depth: Depth,
     /// Matte of something that will be composited in front, used by [`apply`](crate::apply).
     pub holdout: Option<HoldoutMatte>,
-    /// Factor of what [`Settings::mask_scales`](crate::Settings::mask_scales) names, 0 to 1, row-major over the data window, used by
-    /// [`apply`](crate::apply); 1 everywhere if `None`.
+    /// Mask of [`apply`](crate::apply), 0 to 1, row-major over the data window; 1 everywhere if `None`.
+    /// [`Settings::mask_scales`](crate::Settings::mask_scales) chooses what it scales: the mix or the blur.
     pub mask: Option<Vec<f32>>,
     /// The plate without its foreground, used by [`apply`](crate::apply) where blur uncovers it.
     pub background: Option<Background>,
