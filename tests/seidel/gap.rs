@@ -39,7 +39,11 @@ fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Dia
 
 /// Returns the recipe of a case of `kind` under conditions that show every effect.
 fn recipe(kind: Kind, seed: u64) -> Recipe {
-    let drawn = Recipe::new(kind, Simulator::ThirdOrder, seed, Some(SIZE));
+    recipe_of_size(SIZE, kind, seed)
+}
+
+fn recipe_of_size(size: Size, kind: Kind, seed: u64) -> Recipe {
+    let drawn = Recipe::new(kind, Simulator::ThirdOrder, seed, Some(size));
     Recipe {
         conditions: Conditions {
             distances: 2,
@@ -91,7 +95,8 @@ fn every_effect_alone_is_identified() {
         .enumerate()
         .filter_map(|(index, effect)| {
             let kind = Kind::Single(effect.id());
-            let mut recipe = recipe(kind, 7000 + index as u64 % 3);
+            let size = Size { real: 8, ..SIZE };
+            let mut recipe = recipe_of_size(size, kind, 7000 + index as u64 % 3);
             if effect.id() == "focus_error" {
                 // At two distances it is an offset and another scale of distances.
                 recipe.conditions.distances = 3;

@@ -53,8 +53,9 @@ fn masked_pixels_keep_the_plate() {
     let plate = read_channel(&folder.join("plate.exr"), "G");
     let mask = read_channel(&folder.join("mask.exr"), "A");
     let blurred = green(folder, "");
-    let [masked, mixed] =
-        ["--mask @mask.exr", "--mask @mask.exr --mix 0.5"].map(|o| green(folder, o));
+    let options = ["--invert-mask", "", "--mix 0.5"];
+    let [inverted, masked, mixed] =
+        options.map(|option| green(folder, &format!("--mask @mask.exr {option}")));
     assert!(plate != blurred);
     let info = succeeds(folder, "info @out.exr").stdout;
     for words in [
@@ -67,6 +68,7 @@ fn masked_pixels_keep_the_plate() {
     for k in 0..plate.len() {
         let between = |weight: f32| plate[k] + weight * (blurred[k] - plate[k]);
         assert!((masked[k] - between(mask[k])).abs() < 1e-6, "{k}");
+        assert!((inverted[k] - between(1.0 - mask[k])).abs() < 1e-6, "{k}");
         assert!((mixed[k] - between(0.5 * mask[k])).abs() < 1e-6, "{k}");
     }
     let line = "apply --lens @lens.json @plate.exr -o @out2.exr --mask @plate.exr:Z";

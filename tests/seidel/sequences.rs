@@ -196,7 +196,7 @@ fn a_run_does_not_resume_what_another_run_made() {
         );
         assert_eq!(outcome.stdout.matches("wrote").count(), rendered);
     };
-    again("", 3, "out.0002.exr is no image that can be read");
+    again("", 3, "out.0002.exr cannot be read as an image");
     assert!(before == [out(folder, 2), out(folder, 3), out(folder, 4)]);
     // Nor are frames of other options.
     again(

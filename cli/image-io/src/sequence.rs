@@ -228,7 +228,7 @@ pub fn number_in_name(file: &Path) -> Option<i64> {
         .ok()
 }
 
-/// Returns what is missing between the first and the last of `frames`, in words; `None` if nothing is.
+/// Returns the frames missing between the first and the last of `frames`, as a list; `None` if none is.
 pub fn gaps(frames: &[i64]) -> Option<String> {
     let gaps = frames.windows(2).filter(|pair| pair[1] - pair[0] > 1);
     let words: Vec<_> = gaps

@@ -51,6 +51,9 @@ pub struct ApplyArgs {
     /// scales the blur itself, which takes that away.
     #[arg(long, help_heading = "Look", value_name = "FILE[:CHANNEL]", value_parser = channel_parser(), conflicts_with = "residual")]
     mask: Option<ChannelSpec>,
+    /// Use 1 less the mask
+    #[arg(long, help_heading = "Look", requires = "mask")]
+    invert_mask: bool,
     /// Only the lens's axial and lateral colour, without the blur that all colours share
     ///
     /// At each place and distance the sharpest colour stays sharp, and the others blur by as much as their variance exceeds its own.
@@ -86,6 +89,9 @@ impl ApplyArgs {
         }
         if self.only_chroma {
             record.push(setting("only_chroma", true));
+        }
+        if self.invert_mask {
+            record.push(setting("invert_mask", true));
         }
         record.extend(
             self.mask
@@ -157,6 +163,7 @@ pub(super) fn run(
             depth: args.shared.depth.depth.clone(),
             residual: args.residual.clone(),
             mask: args.mask.clone(),
+            invert_mask: args.invert_mask,
             aperture_picture: args.look.files().next().map(Path::to_owned),
             ..args.occlusion.side_inputs()
         },

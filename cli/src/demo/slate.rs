@@ -1,6 +1,6 @@
 //! The slate at the focus: print to judge sharpness by.
 
-use font8x8::{BASIC_FONTS, UnicodeFonts};
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster};
 
 use super::ray::{V3, v3};
 
@@ -14,6 +14,9 @@ const OPENING: f64 = 0.24;
 const PAPER: V3 = v3(0.74, 0.73, 0.70);
 const INK: V3 = v3(0.018, 0.019, 0.021);
 const BOARD: V3 = v3(0.030, 0.033, 0.036);
+
+/// First and last row of the capitals of the font.
+const CAPITALS: (f64, f64) = (8.0, 25.0);
 
 /// Patches of a colour chart.
 const PATCHES: [V3; 6] = [
@@ -82,9 +85,13 @@ fn text(text: &str, x: f64, y: f64) -> bool {
     if x < 0.0 || !(0.0..1.0).contains(&y) {
         return false;
     }
-    let glyph = text
-        .chars()
-        .nth(x as usize)
-        .and_then(|c| BASIC_FONTS.get(c));
-    glyph.is_some_and(|rows| rows[(y * 8.0) as usize] & (1 << (x.fract() * 8.0) as u32) != 0)
+    let character = text.chars().nth(x as usize);
+    let glyph = character.and_then(|c| get_raster(c, FontWeight::Regular, RasterHeight::Size32));
+    glyph.is_some_and(|glyph| {
+        let column = (x.fract() * glyph.width() as f64) as usize;
+        let row = CAPITALS.0 + y * (CAPITALS.1 - CAPITALS.0);
+        glyph
+            .pixel(column, row as usize)
+            .is_some_and(|cover| cover > 127)
+    })
 }

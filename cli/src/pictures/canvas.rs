@@ -1,10 +1,53 @@
-//! An 8-bit canvas with filled boxes and text in an 8 x 8 bitmap font, enlarged by integers to stay crisp.
+//! An 8-bit canvas with filled boxes and text.
 
-use font8x8::{BASIC_FONTS, UnicodeFonts};
-use image::{Rgb, RgbImage};
+use image::{Pixel, Rgb, RgbImage, Rgba};
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
-/// Side of one glyph at scale 1, px.
-const GLYPH_PX: u32 = 8;
+/// Height of a line of text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TextSize {
+    Small,
+    Medium,
+    Large,
+}
+
+impl TextSize {
+    /// Returns `Medium` where `text` then fits into `room` px, else `Small`.
+    pub(super) fn fitting(text: &str, room: u32) -> Self {
+        if Self::Medium.width(text) <= room {
+            Self::Medium
+        } else {
+            Self::Small
+        }
+    }
+
+    /// Returns the width of `text`, px.
+    pub(super) fn width(self, text: &str) -> u32 {
+        text.chars().count() as u32 * self.glyph_width()
+    }
+
+    /// Returns the height of a capital letter, px.
+    pub(super) fn capital(self) -> u32 {
+        match self {
+            Self::Small => 9,
+            Self::Medium => 13,
+            Self::Large => 17,
+        }
+    }
+
+    /// Returns the raster of the font, and the number of its rows above a capital letter.
+    fn raster(self) -> (RasterHeight, u32) {
+        match self {
+            Self::Small => (RasterHeight::Size16, 4),
+            Self::Medium => (RasterHeight::Size24, 6),
+            Self::Large => (RasterHeight::Size32, 8),
+        }
+    }
+
+    fn glyph_width(self) -> u32 {
+        get_raster_width(FontWeight::Regular, self.raster().0) as u32
+    }
+}
 
 /// An axis-aligned box of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,52 +112,52 @@ impl Canvas {
         self.fill(edge(left + width - 1, top, 1, height), colour);
     }
 
-    /// Writes `text` with its top-left corner at (`left`, `top`) and glyphs enlarged `scale` times; text wider
-    /// than `room` px or the image ends in two dots. Returns the width written, px.
+    /// Writes `text`, its capitals with their top-left corner at (`left`, `top`); text wider than `room` px or the image ends in
+    /// two dots. Returns the width written, px.
     pub(super) fn text(
         &mut self,
         left: u32,
         top: u32,
         room: u32,
-        scale: u32,
+        size: TextSize,
         colour: [u8; 3],
         text: &str,
     ) -> u32 {
         let room = room.min(self.image.width().saturating_sub(left));
-        let fits = (room / (GLYPH_PX * scale)) as usize;
-        let length = text.chars().count();
-        let line: String = if length <= fits {
+        let fits = (room / size.glyph_width()) as usize;
+        let line: String = if text.chars().count() <= fits {
             text.to_owned()
         } else {
             self.shortened += 1;
             let kept = fits.saturating_sub(2);
             text.chars().take(kept).chain("..".chars()).collect()
         };
-        for (place, character) in line.chars().take(fits).enumerate() {
-            let rows = BASIC_FONTS
-                .get(character)
-                .or_else(|| BASIC_FONTS.get('?'))
-                .unwrap_or_default();
-            let x = left + place as u32 * GLYPH_PX * scale;
-            for (row, bits) in rows.iter().enumerate() {
-                for column in (0..GLYPH_PX).filter(|c| bits & (1 << c) != 0) {
-                    let dot = Area {
-                        left: x + column * scale,
-                        top: top + row as u32 * scale,
-                        width: scale,
-                        height: scale,
-                    };
-                    self.fill(dot, colour);
+        let (raster, above) = size.raster();
+        for (place, character) in (0..).zip(line.chars().take(fits)) {
+            let glyph = get_raster(character, FontWeight::Regular, raster)
+                .or_else(|| get_raster('?', FontWeight::Regular, raster));
+            let x = i64::from(left + place * size.glyph_width());
+            let y = i64::from(top) - i64::from(above);
+            for (y, row) in (y..).zip(glyph.iter().flat_map(|glyph| glyph.rows())) {
+                for (x, &cover) in (x..).zip(row) {
+                    self.mix(x, y, colour, cover);
                 }
             }
         }
-        text_width(&line, scale)
+        size.width(&line)
     }
-}
 
-/// Returns the width of `text` with glyphs enlarged `scale` times, px.
-pub(super) fn text_width(text: &str, scale: u32) -> u32 {
-    text.chars().count() as u32 * GLYPH_PX * scale
+    /// Covers a pixel with `colour` by `cover` / 255; does nothing outside the image.
+    fn mix(&mut self, x: i64, y: i64, [r, g, b]: [u8; 3], cover: u8) {
+        let inside = u32::try_from(x).ok().zip(u32::try_from(y).ok());
+        if let Some((x, y)) = inside
+            && let Some(pixel) = self.image.get_pixel_mut_checked(x, y)
+        {
+            let mut mixed = pixel.to_rgba();
+            mixed.blend(&Rgba([r, g, b, cover]));
+            *pixel = mixed.to_rgb();
+        }
+    }
 }
 
 #[cfg(test)]
@@ -123,10 +166,9 @@ mod tests {
 
     #[test]
     fn long_text_is_shortened_and_counted() {
-        let mut canvas = Canvas::new(64, 16, [0; 3]);
-        assert_eq!(canvas.text(0, 0, 64, 1, [255; 3], "12345678"), 64);
-        assert_eq!(canvas.shortened, 0);
-        assert_eq!(canvas.text(8, 8, 64, 1, [255; 3], "12345678"), 56);
+        let mut canvas = Canvas::new(56, 16, [0; 3]);
+        let mut width = |left| canvas.text(left, 4, 56, TextSize::Small, [255; 3], "12345678");
+        assert_eq!([width(0), width(7)], [56, 49]);
         assert_eq!(canvas.shortened, 1);
         assert!(canvas.image.pixels().any(|p| p.0 == [255; 3]));
     }

@@ -3,7 +3,7 @@
 use image::RgbImage;
 use seidel_core::{Error, Result};
 
-use super::canvas::{Area, Canvas};
+use super::canvas::{Area, Canvas, TextSize};
 use super::display::{DisplayTransform, LinearRgb};
 
 const BACKGROUND: [u8; 3] = [18, 20, 25];
@@ -67,7 +67,7 @@ pub fn comparison(
             ));
         }
         let left = GAP_PX + column * (view_width + GAP_PX);
-        canvas.text(left, 10, view_width, 2, TEXT, view.label);
+        canvas.text(left, 10, view_width, TextSize::Medium, TEXT, view.label);
         let area = Area {
             left,
             top: CAPTION_PX,
@@ -88,7 +88,14 @@ pub fn comparison(
         );
         let below = CAPTION_PX + view_height + GAP_PX / 2;
         let label = format!("{} x{times}", view.label);
-        canvas.text(left, below + 4, view_width, 2, QUIET_TEXT, &label);
+        canvas.text(
+            left,
+            below + 4,
+            view_width,
+            TextSize::Medium,
+            QUIET_TEXT,
+            &label,
+        );
         draw_enlarged(
             &mut canvas,
             left,

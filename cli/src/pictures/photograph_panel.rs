@@ -3,7 +3,7 @@
 use image::RgbImage;
 use seidel_measure::{Photograph, Reason};
 
-use super::canvas::{Area, Canvas, text_width};
+use super::canvas::{Area, Canvas, TextSize};
 
 /// Width of the picture of one photograph, px, about.
 const WIDTH_PX: f64 = 1600.0;
@@ -86,8 +86,8 @@ impl Panel<'_> {
         let mut left = 8;
         for (text, colour) in items {
             let room = self.canvas.image.width().saturating_sub(left);
-            (self.canvas).text(left, self.top + 10, room, 1, colour, &text);
-            left += text_width(&text, 1) + 20;
+            (self.canvas).text(left, self.top + 10, room, TextSize::Small, colour, &text);
+            left += TextSize::Small.width(&text) + 20;
         }
     }
 

@@ -3,7 +3,7 @@
 use image::RgbImage;
 use seidel_core::{ChannelPlateGap, PlateGap};
 
-use super::canvas::{Area, Canvas};
+use super::canvas::{Area, Canvas, TextSize};
 use super::short_number;
 
 const BACKGROUND: [u8; 3] = [18, 20, 25];
@@ -42,7 +42,7 @@ pub fn plate_gap_picture(title: &str, before: &PlateGap, after: &PlateGap) -> Rg
         {
             let left = GAP_PX + side as u32 * (width + GAP_PX);
             let caption = format!("{}, {name}: {}", gap.channel, short_number(gap.whole));
-            canvas.text(left, top, width, 2, TEXT, &caption);
+            canvas.text(left, top, width, TextSize::Medium, TEXT, &caption);
             draw_map(
                 &mut canvas,
                 gap,
@@ -73,7 +73,14 @@ fn full_scale(gap: &PlateGap) -> f64 {
 
 fn draw_header(canvas: &mut Canvas, title: &str, full: f64) {
     let width = canvas.image.width();
-    canvas.text(GAP_PX, GAP_PX, width - 2 * GAP_PX, 2, TEXT, title);
+    canvas.text(
+        GAP_PX,
+        GAP_PX,
+        width - 2 * GAP_PX,
+        TextSize::Medium,
+        TEXT,
+        title,
+    );
     let (bar, height) = BAR_PX;
     let (left, top) = (GAP_PX, 42);
     for x in 0..bar {
@@ -90,7 +97,14 @@ fn draw_header(canvas: &mut Canvas, title: &str, full: f64) {
         short_number(full)
     );
     let from = left + bar + GAP_PX;
-    canvas.text(from, top, width.saturating_sub(from), 2, QUIET_TEXT, &scale);
+    canvas.text(
+        from,
+        top,
+        width.saturating_sub(from),
+        TextSize::Medium,
+        QUIET_TEXT,
+        &scale,
+    );
 }
 
 fn draw_map(

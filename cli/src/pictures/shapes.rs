@@ -4,7 +4,7 @@ use image::RgbImage;
 use seidel_core::evaluation::{ShapePrediction, ShapeRow};
 use seidel_core::{Error, Result};
 
-use super::canvas::{Area, Canvas, text_width};
+use super::canvas::{Area, Canvas, TextSize};
 use super::sheet_labels::distance_name;
 use super::short_number;
 
@@ -84,7 +84,14 @@ fn draw(title: &str, rows: &[ShapeRow]) -> Result<Canvas> {
         let y = top + index * step.1;
         let times = (side / part.side as u32).max(1);
         let room = canvas.image.width() - 2 * GAP_PX;
-        canvas.text(GAP_PX, y + 6, room, 2, TEXT, &caption(row, part, times));
+        canvas.text(
+            GAP_PX,
+            y + 6,
+            room,
+            TextSize::Medium,
+            TEXT,
+            &caption(row, part, times),
+        );
         let place = |column: u32| Area {
             left: left_of(column),
             top: y + CAPTION_PX,
@@ -202,7 +209,7 @@ pub(crate) fn difference(share: f64) -> [u8; 3] {
 fn draw_header(canvas: &mut Canvas, title: &str) {
     let width = canvas.image.width();
     let room = width - 2 * GAP_PX;
-    canvas.text(GAP_PX, GAP_PX, room, 3, TEXT, title);
+    canvas.text(GAP_PX, GAP_PX, room, TextSize::Large, TEXT, title);
     let (bar, height) = BAR_PX;
     let left = width - GAP_PX - bar;
     for x in 0..bar {
@@ -216,31 +223,44 @@ fn draw_header(canvas: &mut Canvas, title: &str) {
         canvas.fill(stroke, difference(share));
     }
     for (share, label) in [(0.0, "-peak"), (0.5, "0"), (1.0, "+peak")] {
-        let at = (share * f64::from(bar - text_width(label, 1))).round() as u32;
-        canvas.text(left + at, 72, bar - at, 1, QUIET_TEXT, label);
+        let at = (share * f64::from(bar - TextSize::Small.width(label))).round() as u32;
+        canvas.text(left + at, 72, bar - at, TextSize::Small, QUIET_TEXT, label);
     }
     let room = room.saturating_sub(bar + GAP_PX);
     let notes = [
         "tone: square root of light / greatest of the row",
         "differences: in observed peaks; dB: forward-blur SNR",
     ];
-    let fits = notes.iter().all(|note| text_width(note, 2) <= room);
-    let scale = if fits { 2 } else { 1 };
+    let fits = notes
+        .iter()
+        .all(|note| TextSize::Medium.width(note) <= room);
+    let size = if fits {
+        TextSize::Medium
+    } else {
+        TextSize::Small
+    };
     for (y, note) in [52, 72].into_iter().zip(notes) {
-        canvas.text(GAP_PX, y, room, scale, QUIET_TEXT, note);
+        canvas.text(GAP_PX, y, room, size, QUIET_TEXT, note);
     }
 }
 
 fn draw_title(canvas: &mut Canvas, left: u32, room: u32, lines: [&str; 2]) {
     for (k, line) in (0..).zip(lines) {
-        canvas.text(left, HEADER_PX + 4 + 20 * k, room, 2, TEXT, line);
+        canvas.text(
+            left,
+            HEADER_PX + 4 + 20 * k,
+            room,
+            TextSize::Medium,
+            TEXT,
+            line,
+        );
     }
 }
 
 fn draw_decibels(canvas: &mut Canvas, area: Area, prediction: &ShapePrediction) {
     let label = format!("{:.1} dB", prediction.snr_db);
     let below = area.top + area.height + 6;
-    canvas.text(area.left, below, area.width, 2, TEXT, &label);
+    canvas.text(area.left, below, area.width, TextSize::Medium, TEXT, &label);
 }
 
 /// Returns the caption of a row: position in the field, and enlargement.

@@ -2,7 +2,7 @@
 
 use seidel_core::{LensProfile, ObjectDistance};
 
-use super::canvas::{Area, Canvas, text_width};
+use super::canvas::{Area, Canvas, TextSize};
 use super::psf_panel::round_down;
 use super::short_number;
 
@@ -33,7 +33,7 @@ pub(super) fn draw_header(
     let source = lens.provenance.sources.first().map(String::as_str);
     let title = title.or(source).unwrap_or("lens");
     let title = format!("PSF sheet: {title}");
-    canvas.text(GAP_PX, GAP_PX, room, 3, TEXT, &title);
+    canvas.text(GAP_PX, GAP_PX, room, TextSize::Large, TEXT, &title);
     let mut facts = vec![format!(
         "{} x {} px",
         lens.frame.width_px(),
@@ -48,15 +48,17 @@ pub(super) fn draw_header(
         facts.push(format!("focus {}", distance_name(camera.focus_distance)));
     }
     facts.push(format!("model {model}"));
-    let scale = if text_width(&facts.join("   "), 2) <= room {
-        2
-    } else {
-        1
-    };
-    canvas.text(GAP_PX, 58, room, scale, QUIET_TEXT, &facts.join("   "));
     let note = "tone: square root of light / peak of each PSF";
-    let scale = if text_width(note, 2) <= room { 2 } else { 1 };
-    canvas.text(GAP_PX, 80, room, scale, QUIET_TEXT, note);
+    for (top, line) in [(58, facts.join("   ").as_str()), (80, note)] {
+        canvas.text(
+            GAP_PX,
+            top,
+            room,
+            TextSize::fitting(line, room),
+            QUIET_TEXT,
+            line,
+        );
+    }
 }
 
 /// Draws distance and channel at the left, and the magnification at the right.
@@ -69,13 +71,13 @@ pub(super) fn draw_caption(
     magnified: &str,
 ) {
     let both = format!("{caption}  {magnified}");
-    let scale = if text_width(&both, 2) <= width { 2 } else { 1 };
-    let at_right = text_width(magnified, scale).min(width);
-    let y = top + CAPTION_PX - 8 * scale - 6;
+    let size = TextSize::fitting(&both, width);
+    let at_right = size.width(magnified).min(width);
+    let y = top + CAPTION_PX - size.capital() - 8;
     let room = width.saturating_sub(at_right + 8);
-    canvas.text(left, y, room, scale, TEXT, caption);
+    canvas.text(left, y, room, size, TEXT, caption);
     let right = left + width - at_right;
-    canvas.text(right, y, at_right, scale, QUIET_TEXT, magnified);
+    canvas.text(right, y, at_right, size, QUIET_TEXT, magnified);
 }
 
 /// Draws the outline of the frame and the cross of the optical axis.
@@ -109,8 +111,12 @@ pub(super) fn draw_scale(canvas: &mut Canvas, area: Area, enlargement: f64) {
     canvas.fill(stroke(left + bar - 2, y, 2, 8), TEXT);
     let room = area.width.saturating_sub(bar + 8);
     let label = format!("{} px", short_number(length_px));
-    let scale = if area.width >= 300 { 2 } else { 1 };
-    canvas.text(left + bar + 8, y - 4, room, scale, QUIET_TEXT, &label);
+    let size = if area.width >= 300 {
+        TextSize::Medium
+    } else {
+        TextSize::Small
+    };
+    canvas.text(left + bar + 8, y - 4, room, size, QUIET_TEXT, &label);
 }
 
 /// Returns an object distance as a label.

@@ -20,7 +20,7 @@ pub(crate) const GAP: i32 = 6;
 pub(crate) static OUTPUT: Knob = Knob {
     name: c"output",
     label: c"Output",
-    hint: c"Focal Plane Setup: red is nearer than the focus, green in focus, blue farther. Confidence (Remove): share of spatial frequencies that the plate determines, 0 to 1. Noise Gain (Remove): noise of the result over noise of the plate. PSF Grid: points of light over the frame at the depth there, each scaled to its own peak. CoC Map: diameter of the circle of confusion in pixels, 0 black, 1 violet, 2 indigo, 4 blue, 8 teal, 16 sea green, 32 green, 64 lime, 128 yellow. Gap: where the result and the photograph of input Reference differ, in blocks of 16 pixels: 0 is equal, 1 is as different as a flat picture; exposure is no difference, noise is.",
+    hint: c"Focal Plane Setup: orange is nearer than the focus, white in focus, blue farther. Confidence (Remove): share of spatial frequencies that the plate determines, 0 to 1. Noise Gain (Remove): noise of the result over noise of the plate. PSF Grid: points of light over the frame at the depth there, each scaled to its own peak. CoC Map: diameter of the circle of confusion in pixels, 0 black, 1 violet, 2 indigo, 4 blue, 8 teal, 16 sea green, 32 green, 64 lime, 128 yellow. Gap: where the result and the photograph of input Reference differ, in blocks of 16 pixels: 0 is equal, 1 is as different as a flat picture; exposure is no difference, noise is.",
     kind: Kind::Choice {
         default: RESULT,
         options: &[

@@ -1,4 +1,4 @@
-//! The setup view of the focal plane: red is nearer than focus, green in focus, blue farther.
+//! The setup view of the focal plane: orange is nearer than the focus, white in focus, blue farther.
 
 use seidel_core::Rectangle;
 
@@ -45,11 +45,11 @@ impl FocusRange {
     /// Returns the tint of a vergence: red, green and blue.
     fn tint(&self, vergence_per_m: f64) -> [f32; 3] {
         if vergence_per_m > self.near_per_m {
-            [1.0, 0.0, 0.0]
+            [1.0, 0.4, 0.0]
         } else if vergence_per_m < self.far_per_m {
             [0.0, 0.0, 1.0]
         } else {
-            [0.0, 1.0, 0.0]
+            [1.0; 3]
         }
     }
 }

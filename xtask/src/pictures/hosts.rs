@@ -19,7 +19,7 @@ const PANELS: [(&str, &[&str]); 6] = [
         &["--set", "worldScale=metres", "--overlay"],
     ),
     (
-        "Output: Focal Plane Setup",
+        "Output: Focal Plane Setup: orange nearer, blue farther",
         &[
             "--set",
             "worldScale=metres",

@@ -10,6 +10,7 @@ mod programs;
 mod remove;
 mod samples;
 mod show;
+mod sources;
 
 pub(crate) use programs::finished;
 
@@ -17,27 +18,80 @@ use std::path::Path;
 
 use programs::Programs;
 
+use crate::workspace::Tree;
+
 pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME...]";
 
-/// Draws one picture, or a group of them, into `docs/`.
+/// Draws a picture into `docs/`.
 type Draw = fn(&Programs) -> Result<(), String>;
 
-/// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 13] = [
-    ("before-after", |p| demo_file(p, "before-after.png")),
-    ("sheet", |p| demo_file(p, "sheet.png")),
-    ("lenses", |p| demo_file(p, "lenses.png")),
-    ("colour", colour),
-    ("hosts", hosts::draw),
-    ("looks", looks::draw),
-    ("named-looks", looks::draw_named),
-    ("library", looks::draw_library),
-    ("remove", remove::draw),
-    ("depth-edges", depth_edges::draw),
-    ("show", show::draw),
-    ("shot", show::draw_shot),
-    ("evaluation", evaluation::draw),
+/// A picture of the documentation, or a group of them.
+struct Picture {
+    /// The name that the command line takes.
+    name: &'static str,
+    draw: Draw,
+    /// Beginnings of the paths of the code that decides on its looks.
+    sources: &'static [&'static str],
+}
+
+/// The code that draws sheets of the command, and the demo.
+const SHEETS: [&str; 2] = ["cli/src/pictures/", "cli/src/demo/"];
+
+static PICTURES: [Picture; 13] = [
+    picture(
+        "before-after",
+        |p| demo_file(p, "before-after.png"),
+        &SHEETS,
+    ),
+    picture("sheet", |p| demo_file(p, "sheet.png"), &SHEETS),
+    picture("lenses", |p| demo_file(p, "lenses.png"), &SHEETS),
+    picture("colour", colour, &["tests/seidel/colour_picture"]),
+    picture(
+        "hosts",
+        hosts::draw,
+        &["xtask/src/pictures/hosts", "ofx-shim/src/rendering/"],
+    ),
+    picture("looks", looks::draw, &["xtask/src/pictures/looks"]),
+    picture(
+        "named-looks",
+        looks::draw_named,
+        &["xtask/src/pictures/looks", "core/src/knobs/preset"],
+    ),
+    picture(
+        "library",
+        looks::draw_library,
+        &["xtask/src/pictures/looks", "core/optics/src/library/"],
+    ),
+    picture("remove", remove::draw, &["xtask/src/pictures/remove"]),
+    picture(
+        "depth-edges",
+        depth_edges::draw,
+        &["xtask/src/pictures/depth_edges", "tests/seidel/depth.rs"],
+    ),
+    picture(
+        "show",
+        show::draw,
+        &[
+            "xtask/src/pictures/show",
+            "cli/src/commands/apply/show",
+            "core/src/coc_scale",
+        ],
+    ),
+    picture("shot", show::draw_shot, &["xtask/src/pictures/show"]),
+    picture(
+        "evaluation",
+        evaluation::draw,
+        &["xtask/src/pictures/evaluation", "cli/src/pictures/"],
+    ),
 ];
+
+const fn picture(name: &'static str, draw: Draw, sources: &'static [&'static str]) -> Picture {
+    Picture {
+        name,
+        draw,
+        sources,
+    }
+}
 
 /// Draws the pictures named in `arguments`, all of them if none is named. Returns a report.
 pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Result<String, String> {
@@ -52,9 +106,9 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
                     value.ok_or_else(|| format!("--programs needs a folder; usage: {USAGE}"))?,
                 );
             }
-            name if PICTURES.iter().any(|(known, _)| *known == name) => names.push(argument),
+            name if PICTURES.iter().any(|known| known.name == name) => names.push(argument),
             other => {
-                let known: Vec<&str> = PICTURES.iter().map(|(name, _)| *name).collect();
+                let known: Vec<&str> = PICTURES.iter().map(|known| known.name).collect();
                 let known = known.join(", ");
                 return Err(format!("{other} is not one of {known}; usage: {USAGE}"));
             }
@@ -62,13 +116,23 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
     }
     let programs = Programs::new(root, folder.map(Into::into))?;
     let mut drawn = Vec::new();
-    for (name, draw) in PICTURES {
+    for picture in &PICTURES {
+        let name = picture.name;
         if names.is_empty() || names.iter().any(|wanted| wanted == name) {
-            draw(&programs).map_err(|why| format!("{name}: {why}"))?;
+            (picture.draw)(&programs).map_err(|why| format!("{name}: {why}"))?;
+            sources::note_drawn(root, name, picture.sources)?;
             drawn.push(name);
         }
     }
     Ok(format!("drawn: {}", drawn.join(", ")))
+}
+
+/// Reports the pictures whose sources changed after they were drawn.
+pub(crate) fn check(tree: &Tree, problems: &mut Vec<String>) {
+    let stale = PICTURES
+        .iter()
+        .filter_map(|picture| sources::stale(tree, picture.name, picture.sources));
+    problems.extend(stale);
 }
 
 /// Installs a picture that the demo itself writes.

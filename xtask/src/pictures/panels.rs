@@ -1,7 +1,7 @@
 //! Panels with a label above each, in a grid.
 
-use font8x8::{BASIC_FONTS, UnicodeFonts};
-use image::{Rgb, RgbImage, imageops};
+use image::{Pixel, Rgb, RgbImage, Rgba, imageops};
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 const BACKGROUND: Rgb<u8> = Rgb([18, 20, 25]);
 const TEXT: Rgb<u8> = Rgb([226, 230, 236]);
@@ -9,8 +9,9 @@ const TEXT: Rgb<u8> = Rgb([226, 230, 236]);
 const GAP_PX: u32 = 12;
 /// Height of the line of a label, px.
 const LABEL_PX: u32 = 20;
-/// Side of a glyph, px.
-const GLYPH_PX: u32 = 8;
+const FONT: (FontWeight, RasterHeight) = (FontWeight::Regular, RasterHeight::Size16);
+/// Width of a letter, px.
+const LETTER_PX: u32 = get_raster_width(FONT.0, FONT.1) as u32;
 
 /// An image with a label.
 pub(super) struct Panel {
@@ -25,7 +26,7 @@ pub(super) fn grid(panels: &[Panel], columns: u32) -> Result<RgbImage, String> {
     let size = |of: fn(&RgbImage) -> u32| panels.iter().map(|p| of(&p.image)).max().unwrap_or(0);
     let (width, height) = (size(RgbImage::width), size(RgbImage::height));
     for panel in panels {
-        let needed = GLYPH_PX * panel.label.chars().count() as u32;
+        let needed = LETTER_PX * panel.label.chars().count() as u32;
         if needed > width {
             return Err(format!(
                 "the label \"{}\" is wider than its panel",
@@ -57,10 +58,14 @@ pub(super) fn grid(panels: &[Panel], columns: u32) -> Result<RgbImage, String> {
 /// Writes `label` with its top-left corner at (`left`, `top`).
 fn text(sheet: &mut RgbImage, left: u32, top: u32, label: &str) {
     for (place, character) in (0..).zip(label.chars()) {
-        let glyph = BASIC_FONTS.get(character).unwrap_or_default();
-        for (row, bits) in (0..).zip(glyph) {
-            for column in (0..GLYPH_PX).filter(|column| bits & (1 << column) != 0) {
-                sheet.put_pixel(left + place * GLYPH_PX + column, top + row, TEXT);
+        let glyph = get_raster(character, FONT.0, FONT.1);
+        for (y, row) in (top..).zip(glyph.iter().flat_map(|glyph| glyph.rows())) {
+            for (x, &cover) in (left + place * LETTER_PX..).zip(row) {
+                let [r, g, b] = TEXT.0;
+                let ink = Rgba([r, g, b, cover]);
+                let mut pixel = sheet.get_pixel(x, y).to_rgba();
+                pixel.blend(&ink);
+                sheet.put_pixel(x, y, pixel.to_rgb());
             }
         }
     }
@@ -87,8 +92,8 @@ mod tests {
         );
         for (column, row) in [(0, 0), (1, 0), (0, 1)] {
             let (left, top) = (GAP_PX + column * step.0, GAP_PX + row * step.1);
-            let mut glyph = (0..GLYPH_PX).flat_map(|y| (0..GLYPH_PX).map(move |x| (x, y)));
-            let lettered = glyph.any(|(x, y)| *sheet.get_pixel(left + x, top + y) == TEXT);
+            let mut line = (0..LABEL_PX).flat_map(|y| (0..LETTER_PX).map(move |x| (x, y)));
+            let lettered = line.any(|(x, y)| *sheet.get_pixel(left + x, top + y) != BACKGROUND);
             assert!(lettered, "panel ({column}, {row})");
             assert_eq!(*sheet.get_pixel(left, top + LABEL_PX), Rgb([255, 0, 0]));
         }
@@ -96,6 +101,6 @@ mod tests {
 
     #[test]
     fn labels_that_do_not_fit_are_refused() {
-        assert!(grid(&[panel("nine char")], 1).is_err());
+        assert!(grid(&[panel("ten letters")], 1).is_err());
     }
 }

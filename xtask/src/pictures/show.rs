@@ -20,9 +20,18 @@ pub(super) fn draw(programs: &Programs) -> Result<(), String> {
     let lens = "--lens demo/lens.json --focus-distance 2.5 --f-number 2";
     let panels = [
         ("", "blurred: focus 2.5 m, f/2"),
-        ("--show coc", "--show coc: violet 1 px, blue 4, green 32"),
-        ("--show focus", "--show focus: green in focus, red in front"),
-        ("--show slices", "--show slices: one colour each"),
+        (
+            "--show coc",
+            "--show coc: 1 px violet, 4 px blue, 32 px green",
+        ),
+        (
+            "--show focus",
+            "--show focus: grey in focus, orange in front, blue behind",
+        ),
+        (
+            "--show slices",
+            "--show slices: a colour for each depth slice",
+        ),
     ];
     sheet(programs, lens, &panels, "show.png")
 }

@@ -12,6 +12,7 @@ mod registries;
 use std::path::Path;
 
 use crate::knobs;
+use crate::pictures;
 use crate::workspace::Tree;
 
 /// Runs `cargo xtask tidy`.
@@ -36,6 +37,7 @@ fn problems(root: &Path) -> Vec<String> {
     effects::check(&tree, &mut problems);
     c_abi::check_header(root, &tree, &mut problems);
     check_knobs(&tree, &mut problems);
+    pictures::check(&tree, &mut problems);
     language::check(&tree, &mut problems);
     problems
 }

@@ -13,7 +13,7 @@ use seidel_image_io::samples::Encoding;
 pub(super) enum ShowChoice {
     /// Diameter of the circle of confusion in false colour
     Coc,
-    /// The plate, tinted green in focus, red in front of it, blue behind it
+    /// The plate in grey where it is in focus, in orange in front of it, in blue behind it
     Focus,
     /// Depth slices that the plate is rendered in, one colour each
     Slices,
@@ -55,9 +55,10 @@ impl Colour {
 
 /// The usual growth of the circle of confusion over that in the plane of focus up to which a pixel is in focus, px.
 pub(super) const IN_FOCUS_PX: f32 = 2.0;
-const IN_FOCUS: Colour = Colour([60, 220, 90]);
-const IN_FRONT: Colour = Colour([235, 60, 50]);
-const BEHIND: Colour = Colour([60, 100, 245]);
+// People with any kind of colour vision can distinguish these.
+const IN_FOCUS: Colour = Colour([235, 235, 235]);
+const IN_FRONT: Colour = Colour([245, 130, 20]);
+const BEHIND: Colour = Colour([40, 100, 235]);
 /// Share of the tint, and the least light that it is given: black areas show it too.
 const TINT: f32 = 0.8;
 const LEAST_LIGHT: f32 = 0.02;
@@ -192,7 +193,7 @@ fn focus(map: &BlurMap, focus_per_m: f64, tolerance_px: f32) -> (PixelColour<'_>
     let sharp = (0..count).filter(|index| is_sharp(*index)).count();
     let legend = vec![
         format!(
-            "green: in focus, circles of confusion at most {tolerance_px} px wider than in the plane of focus ({}); red: in front of it; blue: behind it",
+            "grey: in focus, circles of confusion at most {tolerance_px} px wider than in the plane of focus ({}); orange: in front of it; blue: behind it",
             distance_words(focus_per_m)
         ),
         format!(

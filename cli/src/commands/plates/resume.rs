@@ -48,7 +48,7 @@ pub(super) fn unfinished(
         console.note(format!("{kept} of {count} frames are finished and kept"));
         if provenance.is_none() {
             console.note(
-                "they are known by their names alone, whatever made them: --provenance none leaves out what --skip-existing compares",
+                "only their names were checked: with --provenance none, files hold no settings for --skip-existing to compare",
             );
         }
     }
@@ -67,10 +67,9 @@ fn state(frame: &FrameFiles, provenance: Option<&Provenance>) -> FrameState {
     }
     for (index, path) in frame.outputs().enumerate() {
         let reason = match read_texts(path) {
-            // Outputs are whole if they exist, because files are written whole or not at all: but other programs write
-            // too.
-            Err(_) => Some("is no image that can be read".to_owned()),
-            // Maps beside OUT say nothing.
+            // Seidel writes whole files or none, but other programs may have written this one.
+            Err(_) => Some("cannot be read as an image".to_owned()),
+            // Maps beside OUT have no provenance.
             Ok(texts) if index == 0 => {
                 provenance.and_then(|provenance| difference(&texts, frame.number, provenance))
             }

@@ -105,7 +105,13 @@ impl PlateReader<'_> {
             self.add_holdout(matte, files.holdout_depth.as_ref(), loaded)?;
         }
         if let Some(mask) = &files.mask {
-            let matte = self.read_matte(mask, loaded)?;
+            let mut matte = self.read_matte(mask, loaded)?;
+            if files.invert_mask {
+                matte
+                    .samples
+                    .iter_mut()
+                    .for_each(|value| *value = 1.0 - *value);
+            }
             let added = loaded.prepared.set_mask(matte.samples);
             added.map_err(|e| FileError::from_core(&mask.file, e.within(&matte.channel)))?;
         }

@@ -15,6 +15,7 @@ pub(crate) struct SideInputs {
     pub(crate) holdout_depth: Option<ChannelSpec>,
     /// Weight of the blurred plate against its own pixels.
     pub(crate) mask: Option<ChannelSpec>,
+    pub(crate) invert_mask: bool,
     /// The plate without its foreground.
     pub(crate) background: Option<PathBuf>,
     pub(crate) background_depth: Option<ChannelSpec>,
@@ -73,6 +74,7 @@ mod tests {
             holdout: channel(),
             holdout_depth: channel(),
             mask: channel(),
+            invert_mask: false,
             background: path(),
             background_depth: channel(),
             residual: path(),

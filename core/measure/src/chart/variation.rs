@@ -5,10 +5,11 @@ use nalgebra::{DMatrix, DVector};
 use super::block_estimate::BlockEstimate;
 use seidel_optics::numeric::median;
 
-/// Blocks whose kernels decide the change over one of them, the nearest ones, and the least number of them.
+/// Number of blocks nearest to a block whose kernels determine the change over it.
 const NEIGHBOURS: usize = 25;
+/// Least number of such blocks.
 const MIN_NEIGHBOURS: usize = 12;
-/// Distance at which a block has no weight over that of the farthest neighbour.
+/// Ratio of the distance at which a block has no weight to that of the farthest neighbour.
 const REACH: f64 = 1.1;
 /// Terms of a change: x, y, x², x y, y².
 const TERMS: usize = 5;

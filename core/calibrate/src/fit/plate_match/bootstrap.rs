@@ -12,21 +12,22 @@ use crate::fit::edges::variance_row;
 
 /// Half width of a 95 % interval, standard deviations.
 pub(super) const NORMAL_95: f64 = 1.96;
-/// Number of resamples, of which so many may fail.
+/// Number of resamples.
 const RESAMPLES: usize = 80;
+/// Number of resamples that may leave the moments undetermined.
 const MAX_FAILED: usize = 8;
 /// Iterations of reweighting of the differences between channels.
 const ITERATIONS: usize = 12;
-/// Residual over the expected one from which on a difference loses weight.
+/// Ratio of a residual to its expected size above which a difference loses weight.
 const TOLERANCE: f64 = 3.0;
-/// Least factor between true and stated errors: channels may agree better than edges do with each other.
+/// Least ratio of true to stated errors: channels may agree better with each other than edges do.
 const LEAST_NOISE_SCALE: f64 = 0.1;
 /// Median absolute value of the standard normal distribution.
 const NORMAL_MEDIAN: f64 = 0.6745;
 /// Places along x and y, and directions, at which moments are compared.
 const PLACES: [usize; 2] = [9, 6];
 const DIRECTIONS: usize = 4;
-/// Relative error of the size that no plate shows: profiles of edges whose shape the model of the blur does not have.
+/// Relative error of the size from edge profiles that the model of the blur does not fit. No plate shows it.
 const MODEL_ERROR: f64 = 0.01;
 
 /// Second moments of all channels.
@@ -50,7 +51,7 @@ impl MatchedMoments {
     }
 
     /// Estimates the moments of a resample, from those of all samples.
-    fn again(&self, samples: &[PlateSample], reference: usize) -> Option<Self> {
+    fn of_resample(&self, samples: &[PlateSample], reference: usize) -> Option<Self> {
         let differences = Differences::of(samples, reference)?;
         let own = plate_sample::of_channel(samples, reference);
         let mixture = scene_blur::refine(&own, self.mixture.clone(), Softness::Some)?;
@@ -128,7 +129,7 @@ fn robust(pairs: &[Sample]) -> Option<([f64; UNKNOWNS], f64)> {
     Some((s, scale))
 }
 
-/// Standard deviations of the figures of a channel.
+/// Standard deviations of the estimates of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Interval {
     pub(super) difference: f64,
@@ -154,7 +155,7 @@ pub(super) fn intervals(
     for _ in 0..RESAMPLES {
         let drawn = (0..samples.len()).map(|_| samples[random.below(samples.len())].clone());
         let drawn: Vec<PlateSample> = drawn.collect();
-        found.extend(moments.again(&drawn, settings.reference));
+        found.extend(moments.of_resample(&drawn, settings.reference));
     }
     if found.len() + MAX_FAILED < RESAMPLES {
         return Err(undetermined());
