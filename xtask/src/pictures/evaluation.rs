@@ -13,6 +13,9 @@ const SETS: [(&str, &str); 5] = [
     ("ana-front-31", ""),
 ];
 
+/// The sets whose sparse-fit plots the page shows.
+const PLOTTED: [&str; 3] = ["zemax-dgauss28", "optiland-us8879901", "dash-stars"];
+
 /// Draws the shapes and the sparse-fit plots; does nothing where `SEIDEL_DATA` names no folder.
 pub(super) fn draw(programs: &Programs) -> Result<(), String> {
     let Some(data) = std::env::var_os("SEIDEL_DATA").map(PathBuf::from) else {
@@ -29,18 +32,21 @@ pub(super) fn draw(programs: &Programs) -> Result<(), String> {
         programs.seidel(&format!(
             "eval --lens {name}.json {set} --image {image} --shapes shapes-{name}.png"
         ))?;
+        install(programs, "pictures", &format!("shapes-{name}.png"))?;
+        if !PLOTTED.contains(&name) {
+            continue;
+        }
         programs.seidel(&format!(
             "fit {set} -o {name}-moments.json --model moments {axis}"
         ))?;
         programs.seidel(&format!(
             "eval --lens {name}-moments.json {set} --image {image} --plot sparse-{name}.svg"
         ))?;
-        for (folder, file) in [
-            ("pictures", format!("shapes-{name}.png")),
-            ("figures", format!("sparse-{name}.svg")),
-        ] {
-            programs.install_in(folder, &programs.work().join(&file), &file)?;
-        }
+        install(programs, "figures", &format!("sparse-{name}.svg"))?;
     }
     Ok(())
+}
+
+fn install(programs: &Programs, folder: &str, file: &str) -> Result<(), String> {
+    programs.install_in(folder, &programs.work().join(file), file)
 }
