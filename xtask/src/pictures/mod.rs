@@ -23,7 +23,7 @@ pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME..
 type Draw = fn(&Programs) -> Result<(), String>;
 
 /// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 13] = [
+const PICTURES: [(&str, Draw); 14] = [
     ("before-after", |p| demo_file(p, "before-after.png")),
     ("sheet", |p| demo_file(p, "sheet.png")),
     ("lenses", |p| demo_file(p, "lenses.png")),
@@ -31,6 +31,7 @@ const PICTURES: [(&str, Draw); 13] = [
     ("hosts", hosts::draw),
     ("looks", looks::draw),
     ("named-looks", looks::draw_named),
+    ("tilt", looks::draw_tilted),
     ("library", looks::draw_library),
     ("remove", remove::draw),
     ("depth-edges", depth_edges::draw),
