@@ -581,6 +581,17 @@ typedef struct SeidelSettings {
    * keeps sharp has no blurred copy of itself around it. (seidel_apply)
    */
   uint32_t mask_scales;
+  /**
+   * Tilt of the lens, as of a tilt-shift lens: the plane of focus turns by Scheimpflug's rule (-30 to 30 degrees).
+   * Default 0. A small model: tilt against the ground, -90 as direction. Needs a lens of known focal length and
+   * f-number.
+   */
+  double tilt;
+  /**
+   * Direction in the picture along which the tilted plane of focus comes nearer, from right towards down: 90 lays it
+   * along the ground (-180 to 180 degrees). Default 90.
+   */
+  double tilt_direction;
 } SeidelSettings;
 
 /**

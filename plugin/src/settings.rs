@@ -175,6 +175,8 @@ pub struct SeidelSettings {
     pub mix: f64,
     pub only_chroma: u32,
     pub mask_scales: u32,
+    pub tilt: f64,
+    pub tilt_direction: f64,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
@@ -256,6 +258,8 @@ pub const NUMBERS: &[Member<f64>] = members![
     to_sensor_shift_um,
     to_focus_distance,
     mix,
+    tilt,
+    tilt_direction,
 ];
 
 /// The members that are choices and switches of knobs.

@@ -34,6 +34,11 @@ class Look:
         axial_colour: Factor on the difference of focus between channels: 0 none, 1 as the lens (-4 to 4).
         lateral_colour: Factor on the difference of magnification between channels: 0 none, 1 as the lens (-4 to
             4). Without lateral colour in the geometry it has no effect.
+        tilt: Tilt of the lens, as of a tilt-shift lens: the plane of focus turns by Scheimpflug's rule (-30 to
+            30 degrees). A small model: tilt against the ground, -90 as direction. Needs a lens of known focal
+            length and f-number.
+        tilt_direction: Direction in the picture along which the tilted plane of focus comes nearer, from right
+            towards down: 90 lays it along the ground (-180 to 180 degrees).
     """
 
     blades: int | None = None
@@ -46,6 +51,8 @@ class Look:
     spherical: float = 0.0
     axial_colour: float = 1.0
     lateral_colour: float = 1.0
+    tilt: float = 0.0
+    tilt_direction: float = 90.0
 
 
 @dataclass(frozen=True, kw_only=True)

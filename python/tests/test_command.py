@@ -94,6 +94,10 @@ SETTINGS = [
         Settings(look=Look(cats_eye=0.3, spherical=0.5, axial_colour=2.0, lateral_colour=0.0)),
         "--cats-eye 0.3 --spherical 0.5 --axial-colour 2 --lateral-colour 0".split(),
     ),
+    (
+        Settings(look=Look(tilt=6.0, tilt_direction=-60.0)),
+        "--tilt 6 --tilt-direction -60".split(),
+    ),
 ]
 
 

@@ -207,8 +207,8 @@ fn looks_give_the_same_samples() {
     picture.save(folder.join("iris.png")).expect("writable");
     let line = "apply --lens @lens.json --distance 1.5 --psf skew-normal --blades 5 --roundness 0.3 \
                 --rotation 20 --aperture-picture @iris.png --squeeze 1.5 --obstruction 0.2 --cats-eye 0.3 \
-                --spherical 0.5 --axial-colour 2 --lateral-colour 0.5 --bloom 0.4 --bloom-level 0.3 \
-                --bloom-radius 2";
+                --spherical 0.5 --axial-colour 2 --lateral-colour 0.5 --tilt 6 --tilt-direction -60 --bloom 0.4 \
+                --bloom-level 0.3 --bloom-radius 2";
     let abi = by_abi(folder, Work::Apply, |s, plate| {
         s.psf_model = c"skew-normal".as_ptr();
         s.distance = 1.5;
@@ -217,6 +217,7 @@ fn looks_give_the_same_samples() {
         (s.aperture, s.aperture_width, s.aperture_count) = (aperture.as_ptr(), 12, 120);
         (s.squeeze, s.obstruction, s.cats_eye) = (1.5, 0.2, 0.3);
         (s.spherical, s.axial_colour, s.lateral_colour) = (0.5, 2.0, 0.5);
+        (s.tilt, s.tilt_direction) = (6.0, -60.0);
         (s.bloom, s.bloom_level, s.bloom_radius) = (0.4, 0.3, 2.0);
     });
     are_the_same(&abi, &by_command(folder, line), folder);

@@ -149,12 +149,14 @@ fn looks_equal_the_command() {
         ("spherical", "-0.7"),
         ("axialColour", "3"),
         ("lateralColour", "-2"),
+        ("tilt", "6"),
+        ("tiltDirection", "-60"),
         ("bloom", "0.3"),
         ("bloomLevel", "2.5"),
         ("bloomRadius", "4"),
     ];
     let rest_options = "--blades 0 --cats-eye 0.8 --spherical -0.7 --axial-colour 3 \
-                        --lateral-colour -2 --bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
+                        --lateral-colour -2 --tilt 6 --tilt-direction -60 --bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
     for (knobs, options) in [(&iris[..], iris_options), (&rest[..], rest_options)] {
         let host = in_host(folder, DepthInput::None, &[&near[..], knobs].concat());
         assert_equals_command(&host, folder, &format!("{line} {options}"));

@@ -46,7 +46,7 @@ fn neutral_looks_keep_every_bit() {
     write_lamp(folder);
     let measured = blurred(folder, "");
     let neutral = "--squeeze 1 --obstruction 0 --cats-eye 0 --spherical 0 --axial-colour 1 \
-                   --lateral-colour 1 --bloom 0";
+                   --lateral-colour 1 --tilt 0 --tilt-direction 30 --bloom 0";
     assert_eq!(blurred(folder, neutral), measured);
     let shown = succeeds(folder, "info @out.exr").stdout;
     assert!(!shown.contains("look"), "{shown}");
@@ -225,6 +225,7 @@ fn bad_looks_are_refused_with_their_option_and_a_remedy() {
         ("--spherical nan", &["--spherical", "-1 to 1"]),
         ("--axial-colour 5", &["--axial-colour", "-4 to 4"]),
         ("--lateral-colour x", &["--lateral-colour", "-4 to 4"]),
+        ("--tilt 40", &["--tilt", "-30 to 30"]),
         ("--bloom 1.5", &["--bloom", "0 to 1"]),
         ("--bloom-level 2", &["--bloom"]),
         (

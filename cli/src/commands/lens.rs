@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 use seidel_core::profile::LensDescription;
 use seidel_core::{LensProfile, LibraryLens};
 use seidel_optics::library::{self};
-use seidel_optics::profile::schema;
+use seidel_optics::profile::{bare_distances, bare_sides, schema};
 
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
@@ -191,9 +191,34 @@ fn words(path: &Path, lens: &LensProfile) -> String {
     if !provenance.sources.is_empty() {
         lines.push(format!("  measured in   {}", provenance.sources.join(", ")));
     }
+    let tiles = &provenance.tiles;
+    if !tiles.is_empty() {
+        let counted = tiles
+            .iter()
+            .map(|at| format!("{} at {}", at.tiles, at.distance()));
+        lines.push(format!(
+            "  tiles         {}",
+            counted.collect::<Vec<_>>().join(", ")
+        ));
+    }
+    lines.extend(coverage_words(lens).map(|words| format!("\n{words}")));
     lines.extend(lens.plane_of_focus().map(|plane| format!("\n{plane}")));
     lines.extend(lens.adequacy().map(|adequacy| format!("\n{adequacy}")));
     lines.join("\n").replacen("\n\n\n", "\n\n", 1)
+}
+
+/// Returns the sides of the frame and the distances that the fit had no tile of, a sentence each; none where the profile does
+/// not hold its tiles.
+fn coverage_words(lens: &LensProfile) -> impl Iterator<Item = String> {
+    let tiles = &lens.provenance.tiles;
+    let sides = bare_sides(tiles, &lens.frame).map(|sides| {
+        format!(
+            "No tile lies near these sides of the frame: {sides}. The blur there is extrapolated."
+        )
+    });
+    let distances = bare_distances(tiles).join(", ");
+    let distances = (!distances.is_empty()).then(|| format!("No tile lies {distances}."));
+    sides.into_iter().chain(distances)
 }
 
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
@@ -216,6 +241,7 @@ fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
             ..SheetOptions::default()
         };
         sheets.push(lens_sheet(lens.profile(), model, &options)?);
+        remarks.extend(coverage_words(lens.profile()));
         remarks.push(match lens.profile().adequacy() {
             Some(adequacy) => adequacy.to_string(),
             None if of_library.is_some() => continue,
@@ -236,4 +262,43 @@ fn description(path: &Path) -> Result<String, CommandError> {
         Some(lens) => lens.sheet()?.to_string().trim_end().to_owned(),
         None => words(path, &lens_profile::read(path)?),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seidel_optics::profile::TileCoverage;
+
+    #[test]
+    fn sides_and_distances_without_tiles_are_sentences() {
+        let mut lens = crate::demo::lens::lens(600, 400).expect("a frame");
+        let all = |lens: &LensProfile| coverage_words(lens).collect::<Vec<_>>();
+        assert!(all(&lens).is_empty());
+        let half = TileCoverage {
+            vergence_per_m: Some(0.5),
+            tiles: 9,
+            x_px: [20.0, 310.0],
+            y_px: [20.0, 380.0],
+        };
+        lens.provenance.tiles = vec![half.clone()];
+        let sides = "No tile lies near these sides of the frame: right (beyond x = 310 of 600 px)";
+        assert_eq!(
+            all(&lens),
+            [
+                format!("{sides}. The blur there is extrapolated."),
+                "No tile lies at a distance other than 2 m.".to_owned()
+            ]
+        );
+        let mut whole = half.clone();
+        whole.vergence_per_m = Some(0.0);
+        whole.x_px[1] = 590.0;
+        lens.provenance.tiles = vec![whole, half];
+        assert_eq!(
+            all(&lens),
+            [
+                format!("{sides} at 2 m. The blur there is extrapolated."),
+                "No tile lies nearer than 2 m.".to_owned()
+            ]
+        );
+    }
 }

@@ -88,6 +88,7 @@ pub(super) fn profile(
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
             sources: vec!["built-in demo lens".to_owned()],
             settings: "designed, not measured".to_owned(),
+            ..Provenance::default()
         },
     }
 }

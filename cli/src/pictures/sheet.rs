@@ -4,6 +4,7 @@ use image::imageops::replace;
 use image::{Rgb, RgbImage};
 use seidel_core::profile::PupilChannel;
 use seidel_core::{BlurField, LensProfile, ObjectDistance, Predictor, Result};
+use seidel_optics::profile::TileCoverage;
 use seidel_optics::psf::PsfModel;
 
 use super::canvas::{Area, Canvas};
@@ -15,6 +16,8 @@ use super::sheet_labels::{
 use super::short_number;
 
 const BACKGROUND: [u8; 3] = [18, 20, 25];
+/// Relative difference of vergences that labels show as one distance.
+const SAME_DISTANCE: f64 = 0.01;
 
 /// The layout of a sheet.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,7 +105,13 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
         let vergence = distance.vergence_per_m().unwrap_or(0.0);
         let magnification = grid.magnification(&predictor, &all, vergence);
         let enlargement = magnification * grid.frame_scale(&lens.frame);
-        let caption = format!("{}  {}", distance_name(*distance), panel.caption);
+        let tiles = tiles_at(lens, vergence);
+        let note = match tiles {
+            Some(None) => "  no tile",
+            Some(Some(at)) if !at.bare_sides(&lens.frame).is_empty() => "  red: no tile",
+            _ => "",
+        };
+        let caption = format!("{}  {}{note}", distance_name(*distance), panel.caption);
         let magnified = format!("PSF x{}", short_number(magnification));
         draw_caption(&mut canvas, left, top, grid.width, &caption, &magnified);
         let channels: Vec<usize> = panel.channels.iter().map(|c| c.0).collect();
@@ -113,11 +122,21 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
             width: grid.width,
             height: grid.height,
         };
-        draw_frame(&mut canvas, area, lens);
+        draw_frame(&mut canvas, area, lens, tiles.flatten());
         add_light(&mut canvas, area, panel, &light);
         draw_scale(&mut canvas, area, enlargement);
     }
     Ok(canvas)
+}
+
+/// Returns the tiles that the fit had at a vergence, which a label rounds; `None` where the profile does not hold its tiles.
+fn tiles_at(lens: &LensProfile, vergence: f64) -> Option<Option<&TileCoverage>> {
+    let known = || lens.provenance.tiles.iter();
+    known().find(|at| at.vergence_per_m.is_some())?;
+    Some(known().find(|at| {
+        let own = at.vergence_per_m.unwrap_or(f64::NAN);
+        (own - vergence).abs() <= SAME_DISTANCE * own.max(SAME_DISTANCE)
+    }))
 }
 
 /// Returns the panels of a distance: R, G and B together if those are the channels, then each alone.
@@ -254,6 +273,7 @@ fn add_light(canvas: &mut Canvas, area: Area, panel: &Panel, light: &[Vec<f32>])
 
 #[cfg(test)]
 mod tests {
+    use super::super::sheet_labels::BARE;
     use super::*;
     use crate::demo::lens::lens;
     use seidel_core::profile::{LensDescription, MomentsChannel, MomentsPlane};
@@ -360,6 +380,33 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_part_without_tiles_is_red() {
+        use ObjectDistance::{Infinity, Metres};
+        let mut lens = shaped(&["R", "G", "B"], &[Infinity, Metres(2.0)]);
+        let options = SheetOptions {
+            columns: 5,
+            width_px: 1280,
+            ..SheetOptions::default()
+        };
+        let red = |lens: &LensProfile| {
+            let canvas = draw(lens, &psf::SkewNormal, &options).expect("drawable");
+            assert_eq!(canvas.shortened, 0);
+            canvas.image.pixels().filter(|p| p.0 == BARE).count()
+        };
+        assert_eq!(red(&lens), 0);
+        let whole = TileCoverage {
+            vergence_per_m: Some(0.5),
+            tiles: 9,
+            x_px: [20.0, 620.0],
+            y_px: [20.0, 340.0],
+        };
+        lens.provenance.tiles = vec![whole.clone()];
+        assert_eq!(red(&lens), 0);
+        lens.provenance.tiles[0].x_px[1] = 320.0;
+        assert!(red(&lens) > 1000, "{}", red(&lens));
     }
 
     #[test]

@@ -1,12 +1,15 @@
 //! Labels and lines of a PSF sheet: header, captions, frame outline, axis, scale bar.
 
 use seidel_core::{LensProfile, ObjectDistance};
+use seidel_optics::profile::TileCoverage;
 
 use super::canvas::{Area, Canvas, TextSize};
 use super::psf_panel::round_down;
 use super::short_number;
 
 const PANEL: [u8; 3] = [5, 6, 9];
+/// The part of a panel without tiles.
+pub(super) const BARE: [u8; 3] = [58, 14, 16];
 const OUTLINE: [u8; 3] = [70, 76, 88];
 const AXIS: [u8; 3] = [96, 104, 120];
 const TEXT: [u8; 3] = [226, 230, 236];
@@ -80,9 +83,28 @@ pub(super) fn draw_caption(
     canvas.text(right, y, at_right, size, QUIET_TEXT, magnified);
 }
 
-/// Draws the outline of the frame and the cross of the optical axis.
-pub(super) fn draw_frame(canvas: &mut Canvas, area: Area, lens: &LensProfile) {
-    canvas.fill(area, PANEL);
+/// Draws the outline of the frame and the cross of the optical axis; the part where the fit had none of its `tiles` is red.
+pub(super) fn draw_frame(
+    canvas: &mut Canvas,
+    area: Area,
+    lens: &LensProfile,
+    tiles: Option<&TileCoverage>,
+) {
+    canvas.fill(area, if tiles.is_some() { BARE } else { PANEL });
+    if let Some(tiles) = tiles {
+        let [left, top, right, bottom] = tiles.covered_px(&lens.frame);
+        let along =
+            |at: f64, size: u32, of: u32| (at / f64::from(size) * f64::from(of)).round() as u32;
+        let x = |at| along(at, lens.frame.width_px(), area.width);
+        let y = |at| along(at, lens.frame.height_px(), area.height);
+        let covered = Area {
+            left: area.left + x(left),
+            top: area.top + y(top),
+            width: x(right) - x(left).min(x(right)),
+            height: y(bottom) - y(top).min(y(bottom)),
+        };
+        canvas.fill(covered, PANEL);
+    }
     canvas.outline(area, OUTLINE);
     let axis = lens.frame.axis();
     let u = axis.x_px / f64::from(lens.frame.width_px());

@@ -28,7 +28,6 @@ impl LensProfile {
     /// the plane a z + s + k t (x, y) = 0.
     pub fn plane_of_focus(&self) -> Option<PlaneOfFocus> {
         let channel = self.pupil_channels().first()?;
-        let tilted = (channel.effects.iter()).find(|e| e.effect.id() == SensorTilt.id())?;
         let half_width_m = self.frame.half_width_px() * self.pixel_pitch_um? * 1e-6;
         let focal_m = self.camera.focal_length_mm? * 1e-3;
         let focus = self.camera.focus_distance.vergence_per_m().unwrap_or(0.0);
@@ -39,7 +38,11 @@ impl LensProfile {
         let [before, after] = [v - 0.5, v + 0.5].map(|v| channel.numbers(v).alpha);
         let slope = after - before;
         let constant = channel.numbers(v).alpha - slope * v;
-        let tilt = [0, 1].map(|axis| tilted.values[axis].at(v));
+        let effects = channel.effects.iter().chain(&channel.added);
+        let tilted = effects.filter(|carried| carried.effect.id() == SensorTilt.id());
+        let tilt = tilted.fold([0.0; 2], |sum, carried| {
+            [0, 1].map(|axis| sum[axis] + carried.values[axis].at(v))
+        });
         let size = tilt[0].hypot(tilt[1]);
         let found = PlaneOfFocus {
             on_axis_m: (slope / constant).abs(),

@@ -170,6 +170,37 @@ pub(super) static KNOBS: &[Knob] = &[
         )
     },
     Knob {
+        details: "Needs a lens of known focal length and f-number.",
+        ..look(
+            "tilt",
+            ["tilt", "Tilt"],
+            "Tilt of the lens, as of a tilt-shift lens: the plane of focus turns by Scheimpflug's rule",
+            number(
+                Unit::Degrees,
+                Look::TILT_DEG,
+                2,
+                |settings| Some(settings.look.tilt_deg),
+                |settings, value| settings.look.tilt_deg = value,
+            ),
+        )
+    },
+    Knob {
+        details: "At -90 one strip of the ground is sharp, as in photographs of small models.",
+        has_effect: |case| case.has_look_of_rays() && case.settings.look.tilt_deg != 0.0,
+        ..look(
+            "tilt-direction",
+            ["tiltDirection", "Tilt Direction"],
+            "Direction in the picture along which the tilted plane of focus comes nearer, from right towards down: 90 lays it along the ground",
+            number(
+                Unit::Degrees,
+                Look::TILT_DIRECTION_DEG,
+                1,
+                |settings| Some(settings.look.tilt_direction_deg),
+                |settings, value| settings.look.tilt_direction_deg = value,
+            ),
+        )
+    },
+    Knob {
         has_effect: |case| case.has_look(),
         ..look(
             "bloom",

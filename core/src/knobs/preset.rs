@@ -17,7 +17,7 @@ pub struct LookPreset {
     numbers: &'static [(&'static str, f64)],
 }
 
-static ALL: [LookPreset; 5] = [
+static ALL: [LookPreset; 6] = [
     LookPreset {
         name: "portrait",
         label: "Portrait",
@@ -61,6 +61,13 @@ static ALL: [LookPreset; 5] = [
             ("axial-colour", 0.0),
             ("lateral-colour", 0.0),
         ],
+    },
+    LookPreset {
+        name: "miniature",
+        label: "Miniature",
+        help: "A small model: one strip of the ground is sharp, all above and below it blurred",
+        blades: None,
+        numbers: &[("tilt", 8.0), ("tilt-direction", -90.0)],
     },
 ];
 

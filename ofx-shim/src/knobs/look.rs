@@ -35,7 +35,7 @@ fn blade_index(count: Option<u32>) -> i32 {
 pub(crate) static PRESET: Knob = Knob {
     name: c"lookPreset",
     label: c"Set Look",
-    hint: c"Sets Blades to Lateral Colour to a look with a name, or to that of the lens. Bloom and the aperture stay.",
+    hint: c"Sets Blades to Tilt Direction to a look with a name, or to that of the lens. Bloom and the aperture stay.",
     kind: Kind::Presets(PresetMenu::Looks),
 };
 

@@ -45,6 +45,7 @@ pub(super) fn profile(design: &Design) -> Result<LensProfile, String> {
             program: "cargo xtask library".to_owned(),
             sources: vec![format!("lens library, {}", design.name)],
             settings: "designed, not measured".to_owned(),
+            ..Provenance::default()
         },
     };
     // The checks of files.

@@ -1,5 +1,9 @@
 //! The demo's plate through a library lens with one look each, and through each library lens.
 
+use std::path::PathBuf;
+
+use image::imageops::FilterType;
+
 use super::panels::{Panel, grid};
 use super::programs::Programs;
 use super::samples::{Crop, part_of_file, with_colour_changed};
@@ -54,6 +58,16 @@ const NAMED: [(&str, &str); 6] = [
     ("--look catadioptric", "--look catadioptric"),
 ];
 
+/// Tilts of the lens, each with its label.
+const TILTS: [(&str, &str); 4] = [
+    ("", "as the lens (library:modern-50)"),
+    ("--tilt 8", "--tilt 8"),
+    ("--tilt 8 --tilt-direction 0", "--tilt 8 --tilt-direction 0"),
+    ("--look miniature", "--look miniature"),
+];
+/// Width and height of their panels, px.
+const TILTED: (u32, u32) = (640, 360);
+
 /// The lenses of the library, each with its label.
 const LENSES: [(&str, &str); 8] = [
     ("modern-50", "modern: modern-50"),
@@ -81,6 +95,23 @@ pub(super) fn draw_named(programs: &Programs) -> Result<(), String> {
     )
 }
 
+/// Draws one panel for each tilt of `docs/pictures/tilt.png`: the demo's whole plate, focused at 6 m.
+pub(super) fn draw_tilted(programs: &Programs) -> Result<(), String> {
+    let panels = TILTS.map(|(options, label)| {
+        let lens = "--lens library:modern-50 --focus-distance 6";
+        let path = rendered(programs, &format!("{lens} {options}"))?;
+        let image = image::open(&path).map_err(|why| format!("{}: {why}", path.display()))?;
+        let (width, height) = TILTED;
+        Ok(Panel {
+            label: label.to_owned(),
+            image: image
+                .resize(width, height, FilterType::Triangle)
+                .into_rgb8(),
+        })
+    });
+    sheet(programs, panels, 2, "tilt.png")
+}
+
 /// Returns a function that draws the panel of options and a label, through `modern-50` unless the options name a lens.
 fn of_modern(programs: &Programs) -> impl Fn((&str, &str)) -> Result<Panel, String> {
     move |(options, label)| {
@@ -89,7 +120,11 @@ fn of_modern(programs: &Programs) -> impl Fn((&str, &str)) -> Result<Panel, Stri
         } else {
             "--lens library:modern-50 "
         };
-        panel(programs, &format!("{lens}{options}"), label)
+        panel(
+            programs,
+            &format!("--focus-distance 2 {lens}{options}"),
+            label,
+        )
     }
 }
 
@@ -98,15 +133,23 @@ pub(super) fn draw_library(programs: &Programs) -> Result<(), String> {
     let panels = LENSES.map(|(name, label)| {
         panel(
             programs,
-            &format!("--lens library:{name} --maximum-size 16"),
+            &format!("--focus-distance 2 --lens library:{name} --maximum-size 16"),
             label,
         )
     });
     sheet(programs, panels, 2, "library.png")
 }
 
-/// Returns the lamps of the demo's plate, focused at 2 m, with these `options`.
+/// Returns the lamps of the demo's plate with these `options`.
 fn panel(programs: &Programs, options: &str, label: &str) -> Result<Panel, String> {
+    Ok(Panel {
+        label: label.to_owned(),
+        image: part_of_file(&rendered(programs, options)?, LAMPS)?,
+    })
+}
+
+/// Renders the demo's plate, its lamps dimmed, with these `options`; returns the picture.
+fn rendered(programs: &Programs, options: &str) -> Result<PathBuf, String> {
     let demo = programs.demo()?;
     let dimmed = |light: f32| EXPOSURE * (light.min(1.0) + DIMMED * (light - 1.0).max(0.0));
     with_colour_changed(
@@ -114,15 +157,10 @@ fn panel(programs: &Programs, options: &str, label: &str) -> Result<Panel, Strin
         &programs.work().join("dimmed.exr"),
         dimmed,
     )?;
-    programs.seidel(&format!(
-        "apply dimmed.exr -o look.exr --focus-distance 2 {options}"
-    ))?;
+    programs.seidel(&format!("apply dimmed.exr -o look.exr {options}"))?;
     programs
         .seidel("lut look.exr -o look.png --ocio seidel --in-space lin_rec709 --view sRGB/Plain")?;
-    Ok(Panel {
-        label: label.to_owned(),
-        image: part_of_file(&programs.work().join("look.png"), LAMPS)?,
-    })
+    Ok(programs.work().join("look.png"))
 }
 
 fn sheet<const N: usize>(

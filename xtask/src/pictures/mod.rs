@@ -34,14 +34,23 @@ struct Picture {
     sources: &'static [&'static str],
 }
 
-/// The code that draws sheets of the command, and the demo.
-const SHEETS: [&str; 2] = ["cli/src/pictures/", "cli/src/demo/"];
+/// The code that draws PSF sheets, and the demo.
+const SHEETS: [&str; 4] = [
+    "cli/src/pictures/canvas",
+    "cli/src/pictures/psf_panel",
+    "cli/src/pictures/sheet",
+    "cli/src/demo/",
+];
 
-static PICTURES: [Picture; 13] = [
+static PICTURES: [Picture; 14] = [
     picture(
         "before-after",
         |p| demo_file(p, "before-after.png"),
-        &SHEETS,
+        &[
+            "cli/src/pictures/canvas",
+            "cli/src/pictures/comparison",
+            "cli/src/demo/",
+        ],
     ),
     picture("sheet", |p| demo_file(p, "sheet.png"), &SHEETS),
     picture("lenses", |p| demo_file(p, "lenses.png"), &SHEETS),
@@ -57,6 +66,7 @@ static PICTURES: [Picture; 13] = [
         looks::draw_named,
         &["xtask/src/pictures/looks", "core/src/knobs/preset"],
     ),
+    picture("tilt", looks::draw_tilted, &["xtask/src/pictures/looks"]),
     picture(
         "library",
         looks::draw_library,
@@ -81,7 +91,12 @@ static PICTURES: [Picture; 13] = [
     picture(
         "evaluation",
         evaluation::draw,
-        &["xtask/src/pictures/evaluation", "cli/src/pictures/"],
+        &[
+            "xtask/src/pictures/evaluation",
+            "cli/src/pictures/canvas",
+            "cli/src/pictures/shapes",
+            "cli/src/pictures/plot",
+        ],
     ),
 ];
 

@@ -2,20 +2,22 @@
 
 use crate::measure::MeasuredTile;
 use seidel_optics::field::{Frame, ImagePoint};
-
-/// Share of the frame's width or height from a border without a tile that is reported. A chart on the middle half of a frame
-/// gave a lens 10 dB worse at the border than one that filled it.
-const MAX_BARE_SHARE: f64 = 0.2;
+use seidel_optics::profile::{self, TileCoverage, distance_gap};
 
 /// Part of the remark that all PSFs are at one distance.
 pub const ONE_DISTANCE: &str = "the blur is the same at every other distance";
 
-/// Returns a remark for each side of the frame that has no tile near it, and one where all tiles are at one known distance.
+/// Returns remarks on the sides of the frame that have no tile near them, on a gap between distances, and where all tiles are at one
+/// known distance.
 pub(super) fn remarks(frame: &Frame, tiles: &[MeasuredTile]) -> Vec<String> {
-    let mut remarks = Vec::from_iter(one_distance(tiles));
-    let places: Vec<ImagePoint> = tiles.iter().map(|t| t.centroid).collect();
-    remarks.extend(bare_sides(frame, &places, "PSF"));
-    remarks
+    let coverage = by_distance(tiles);
+    let gap = distance_gap(&coverage).map(|gap| {
+        format!(
+            "no PSF lies {gap}: the blur there is interpolated. Add a set at a distance between them"
+        )
+    });
+    let all = [one_distance(tiles), sides(&coverage, frame, "PSF"), gap];
+    all.into_iter().flatten().collect()
 }
 
 fn one_distance(tiles: &[MeasuredTile]) -> Option<String> {
@@ -29,28 +31,52 @@ fn one_distance(tiles: &[MeasuredTile]) -> Option<String> {
     })
 }
 
+/// Returns the places of `tiles` by distance, from the farthest.
+pub(super) fn by_distance<'a>(
+    tiles: impl IntoIterator<Item = &'a MeasuredTile>,
+) -> Vec<TileCoverage> {
+    let mut groups: Vec<(Option<f64>, Vec<ImagePoint>)> = Vec::new();
+    for tile in tiles {
+        let vergence = tile.distance.vergence_per_m();
+        match groups.iter_mut().find(|(of, _)| *of == vergence) {
+            Some((_, places)) => places.push(tile.centroid),
+            None => groups.push((vergence, vec![tile.centroid])),
+        }
+    }
+    groups.sort_by(|(a, _), (b, _)| a.unwrap_or(-1.0).total_cmp(&b.unwrap_or(-1.0)));
+    let groups = groups.into_iter();
+    groups
+        .map(|(vergence, places)| extent(vergence, places.into_iter()))
+        .collect()
+}
+
+fn extent(vergence_per_m: Option<f64>, places: impl Iterator<Item = ImagePoint>) -> TileCoverage {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    let empty = TileCoverage {
+        vergence_per_m,
+        tiles: 0,
+        x_px: nothing,
+        y_px: nothing,
+    };
+    let grown = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
+    places.fold(empty, |all, place| TileCoverage {
+        tiles: all.tiles + 1,
+        x_px: grown(all.x_px, place.x_px),
+        y_px: grown(all.y_px, place.y_px),
+        ..all
+    })
+}
+
 /// Returns a remark that names the sides of the frame with no place near them; `what` names the places. `None` for no bare side.
 pub fn bare_sides(frame: &Frame, places: &[ImagePoint], what: &str) -> Option<String> {
-    let of_axis = |names: [&str; 2], axis: &str, size: u32, of: fn(&ImagePoint) -> f64| {
-        let size = f64::from(size);
-        let least = places.iter().map(of).fold(f64::INFINITY, f64::min);
-        let most = places.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-        let bare = MAX_BARE_SHARE * size;
-        let first = (least.is_finite() && least > bare)
-            .then(|| format!("{} (before {axis} = {least:.0} of {size:.0} px)", names[0]));
-        let last = (most.is_finite() && most < size - bare)
-            .then(|| format!("{} (beyond {axis} = {most:.0} of {size:.0} px)", names[1]));
-        first.into_iter().chain(last)
-    };
-    let columns = of_axis(["left", "right"], "x", frame.width_px(), |p| p.x_px);
-    let rows = of_axis(["top", "bottom"], "y", frame.height_px(), |p| p.y_px);
-    let bare: Vec<String> = columns.chain(rows).collect();
-    (!bare.is_empty()).then(|| {
-        format!(
-            "no {what} lies near these sides of the frame: {}. The blur there is extrapolated: photograph {what}s there too, at the same distance and focus",
-            bare.join(", ")
-        )
-    })
+    sides(&[extent(None, places.iter().copied())], frame, what)
+}
+
+fn sides(coverage: &[TileCoverage], frame: &Frame, what: &str) -> Option<String> {
+    let bare = profile::bare_sides(coverage, frame)?;
+    Some(format!(
+        "no {what} lies near these sides of the frame: {bare}. The blur there is extrapolated: photograph {what}s there too, at the same distance and focus"
+    ))
 }
 
 #[cfg(test)]

@@ -296,6 +296,7 @@ fn assemble(
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
             sources: Vec::new(),
             settings: settings.describe(),
+            tiles: coverage::by_distance(fits.iter().flat_map(|fit| fit.used.iter().copied())),
         },
     };
     warnings.extend(warnings::depth_warnings(&lens));

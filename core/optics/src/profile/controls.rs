@@ -8,6 +8,7 @@ use super::{LensDescription, LensProfile, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
 use crate::effects::ControlRatios;
 use crate::error::{Error, ErrorKind, Result};
+use crate::lens::VergenceSeries;
 use focus::FocusedCamera;
 
 /// Least f-number of a lens in air, whose image is lit from all sides.
@@ -240,7 +241,7 @@ impl PupilChannel {
 }
 
 /// The change of alpha when the sensor of a thin lens moves: a line in vergence.
-struct SensorShift {
+pub(super) struct SensorShift {
     /// px at infinity.
     at_infinity: f64,
     /// px per 1/m.
@@ -248,7 +249,7 @@ struct SensorShift {
 }
 
 impl SensorShift {
-    fn new(
+    pub(super) fn new(
         shift_um: f64,
         focal_length_mm: Option<f64>,
         f_number: Option<f64>,
@@ -277,15 +278,19 @@ impl SensorShift {
     }
 
     fn apply(&self, channel: &mut PupilChannel) {
-        let sign = channel.orientation();
+        let change = self.defocus(channel);
+        let (alpha, change) = (&mut channel.alpha.coefficients, change.coefficients);
+        alpha.iter_mut().zip(change).for_each(|(a, b)| *a += b);
+    }
+
+    /// Returns the change of the defocus of `channel`: a constant where that does not depend on vergence.
+    pub(super) fn defocus(&self, channel: &PupilChannel) -> VergenceSeries {
         let (low, high) = channel.measured_vergence;
-        let alpha = &mut channel.alpha;
-        if alpha.degree() == 0 {
-            alpha.coefficients[0] += self.at_infinity + self.slope * (low + high) / 2.0;
-            return;
+        let line = VergenceSeries::new(vec![self.at_infinity, self.slope]);
+        if channel.alpha.degree() == 0 {
+            return VergenceSeries::constant(line.at((low + high) / 2.0));
         }
-        alpha.coefficients[0] += sign * self.at_infinity;
-        alpha.coefficients[1] += sign * self.slope;
+        line.scaled(channel.orientation())
     }
 }
 

@@ -4,7 +4,9 @@ mod change;
 
 use std::fmt;
 
+use super::controls::SensorShift;
 use super::{LensDescription, LensProfile};
+use crate::camera::Camera;
 use crate::error::{Error, ErrorKind, Result};
 use crate::lens::AperturePicture;
 use change::Change;
@@ -36,6 +38,12 @@ pub struct Look {
     pub axial_colour: f64,
     /// Factor on the difference of magnification and distortion between channels.
     pub lateral_colour: f64,
+    /// Tilt of the lens against the sensor, degrees, as of a tilt-shift lens: effect `sensor_tilt`. By Scheimpflug's rule the plane of
+    /// focus turns about a line through the pupil, and comes nearer along [`Self::tilt_direction_deg`]; negative values turn it the
+    /// other way. The picture stays in place.
+    pub tilt_deg: f64,
+    /// Direction in the picture along which the plane of focus comes nearer, degrees from image x (right) towards y (down).
+    pub tilt_direction_deg: f64,
 }
 
 /// Iris blades.
@@ -130,6 +138,8 @@ impl Default for Look {
             spherical: Self::SPHERICAL.neutral,
             axial_colour: Self::COLOUR.neutral,
             lateral_colour: Self::COLOUR.neutral,
+            tilt_deg: Self::TILT_DEG.neutral,
+            tilt_direction_deg: Self::TILT_DIRECTION_DEG.neutral,
         }
     }
 }
@@ -145,10 +155,19 @@ impl Look {
     pub const SPHERICAL: LookRange = LookRange::new(-1.0, 1.0, 0.0);
     /// Valid values of [`Look::axial_colour`] and [`Look::lateral_colour`].
     pub const COLOUR: LookRange = LookRange::new(-4.0, 4.0, 1.0);
+    /// Valid values of [`Look::tilt_deg`].
+    pub const TILT_DEG: LookRange = LookRange::new(-30.0, 30.0, 0.0);
+    /// Valid values of [`Look::tilt_direction_deg`].
+    pub const TILT_DIRECTION_DEG: LookRange = LookRange::new(-180.0, 180.0, 90.0);
 
     /// Returns whether the look leaves every lens as it is.
     pub fn is_neutral(&self) -> bool {
-        *self == Self::default()
+        // The direction of no tilt changes nothing.
+        let neutral = Self {
+            tilt_direction_deg: self.tilt_direction_deg,
+            ..Self::default()
+        };
+        *self == neutral
     }
 
     fn check(&self) -> Result<()> {
@@ -158,7 +177,9 @@ impl Look {
         Self::CATS_EYE.check("cat's eye", self.cats_eye)?;
         Self::SPHERICAL.check("spherical aberration", self.spherical)?;
         Self::COLOUR.check("axial colour", self.axial_colour)?;
-        Self::COLOUR.check("lateral colour", self.lateral_colour)
+        Self::COLOUR.check("lateral colour", self.lateral_colour)?;
+        Self::TILT_DEG.check("tilt", self.tilt_deg)?;
+        Self::TILT_DIRECTION_DEG.check("tilt direction", self.tilt_direction_deg)
     }
 }
 
@@ -182,9 +203,14 @@ impl fmt::Display for Look {
         ];
         let changed = numbers.iter().filter(|(_, v, range)| *v != range.neutral);
         let picture = self.picture.as_ref().map(|_| "aperture picture".to_owned());
+        let tilt = (self.tilt_deg != Self::TILT_DEG.neutral).then(|| {
+            let (angle, direction) = (self.tilt_deg, self.tilt_direction_deg);
+            format!("tilt {angle} degrees towards {direction} degrees")
+        });
         let parts = (blades.into_iter())
             .chain(picture)
-            .chain(changed.map(|(name, value, _)| format!("{name} {value}")));
+            .chain(changed.map(|(name, value, _)| format!("{name} {value}")))
+            .chain(tilt);
         f.write_str(&parts.collect::<Vec<_>>().join(", "))
     }
 }
@@ -196,8 +222,9 @@ impl LensProfile {
     /// a picture of the aperture: see [`Self::check_storable`].
     ///
     /// # Errors
-    /// [`ErrorKind::Unsupported`] for a profile of the kind `moments`, which has no pupil. Rejects values out of range, and a
-    /// positive cat's eye on a lens that has `vignetting` twice.
+    /// [`ErrorKind::Unsupported`] for a profile of the kind `moments`, which has no pupil. Rejects values out of range, a
+    /// positive cat's eye on a lens that has `vignetting` twice, and a tilt of a lens of unknown focal length or
+    /// f-number.
     pub fn with_look(&self, look: &Look) -> Result<Self> {
         if look.is_neutral() {
             return Ok(self.clone());
@@ -214,6 +241,7 @@ impl LensProfile {
         let change = Change {
             look,
             half_width_px: self.frame.half_width_px(),
+            rise: self.sensor_rise(look.tilt_deg)?,
         };
         let mut provenance = self.provenance.clone();
         provenance.settings = format!("{}; look: {look}", provenance.settings);
@@ -223,6 +251,21 @@ impl LensProfile {
             provenance,
             ..self.clone()
         })
+    }
+
+    /// Returns the shift, half a frame width off the axis, of a sensor tilted by `degrees`; `None` for no tilt.
+    fn sensor_rise(&self, degrees: f64) -> Result<Option<SensorShift>> {
+        if degrees == 0.0 {
+            return Ok(None);
+        }
+        // Defocus is in px: the pixel pitch cancels.
+        let rise_px = degrees.to_radians().tan() * self.frame.half_width_px();
+        let Camera {
+            focal_length_mm,
+            f_number,
+            ..
+        } = self.camera;
+        SensorShift::new(rise_px, focal_length_mm, f_number, Some(1.0)).map(Some)
     }
 
     /// Checks that a file can hold the profile.

@@ -25,6 +25,7 @@
 mod adequacy;
 mod check;
 mod controls;
+mod coverage;
 mod json;
 mod look;
 mod moments;
@@ -36,6 +37,7 @@ pub use adequacy::{
     Verdict, WorstPlace,
 };
 pub use controls::Controls;
+pub use coverage::{TileCoverage, bare_distances, bare_sides, distance_gap};
 pub use json::schema;
 pub use look::{Blades, Look, LookRange};
 pub use moments::{MomentsChannel, MomentsPlane, RadialDisplacement};
@@ -117,7 +119,7 @@ pub struct HeldOutGroup {
 }
 
 /// The origin of the profile.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename = "ProvenanceFile")]
 pub struct Provenance {
     /// Program and version that made the profile.
@@ -126,6 +128,10 @@ pub struct Provenance {
     pub sources: Vec<String>,
     /// Settings of the fit, in words.
     pub settings: String,
+    /// The tiles of the fit by distance, from the farthest; empty where it had none, and in profiles of versions that did not state
+    /// them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tiles: Vec<TileCoverage>,
 }
 
 impl Provenance {

@@ -225,9 +225,13 @@ fn ends(focus: f64, range_m: f64) -> Result<(f64, f64)> {
 ///
 /// It minimises the mean variance of all channels, which is close to a parabola in vergence.
 pub fn focus_vergence(lens: &dyn BlurField) -> Option<f64> {
-    let axis = FieldPoint::new(0.0, 0.0);
+    focus_vergence_at(lens, FieldPoint::new(0.0, 0.0))
+}
+
+/// Returns the vergence at which `lens` is sharpest at a place of the field, like [`focus_vergence`].
+pub(super) fn focus_vergence_at(lens: &dyn BlurField, at: FieldPoint) -> Option<f64> {
     let variance = |v: f64| {
-        let of = |k| lens.blur_at(k, axis, v).blur.moments.trace();
+        let of = |k| lens.blur_at(k, at, v).blur.moments.trace();
         (0..lens.channel_count()).map(of).sum::<f64>()
     };
     sharpest_vergence(variance)

@@ -2,6 +2,7 @@
 
 mod check;
 mod convention;
+mod focus_plane;
 mod focus_range;
 
 pub(crate) use check::distance_span;
@@ -9,6 +10,7 @@ pub use check::{
     CameraPerspective, DepthCheck, DepthFinding, DepthPlace, DepthProblem, LensDistances, Severity,
 };
 pub use convention::{DepthConvention, DepthReading};
+pub(crate) use focus_plane::FocusPlane;
 pub use focus_range::{
     FocusControls, FocusRange, FocusRemap, MAX_MULTIPLIER, PlateExtent, focus_vergence,
 };

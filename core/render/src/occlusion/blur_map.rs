@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::depth_edges;
 use super::depth_layers::{DepthLayers, LayerSpacing};
-use crate::depth::focus_vergence;
+use crate::depth::FocusPlane;
 use crate::{Scene, VergencePass};
 
 /// Fields at which the lens is probed along each side of the plate. Blur varies slowly over the field.
@@ -26,20 +26,14 @@ pub struct BlurMap {
     pub diameter_px: Vec<f32>,
     /// The same for an object in the plane of focus at that pixel; that of the pixel where the lens has no focus.
     pub focused_px: Vec<f32>,
-    /// Vergence of every pixel, 1/m, or that of all.
-    vergence: Vergences,
+    /// Whether every pixel is nearer than the plane of focus.
+    is_front: Vec<bool>,
     /// Vergence at which the lens is sharpest on its axis, 1/m.
     pub focus_per_m: Option<f64>,
     /// The depth slices that the plate is rendered in, from the farthest; empty where depth is constant.
     pub slices: Vec<DepthSlice>,
     /// Index into [`Self::slices`] of every pixel; empty where depth is constant.
     pub slice_of: Vec<u16>,
-}
-
-#[derive(Debug, Clone)]
-enum Vergences {
-    All(f64),
-    Each(Vec<f32>),
 }
 
 /// A depth slice.
@@ -58,12 +52,27 @@ impl BlurMap {
     #[must_use]
     pub fn new(scene: &Scene, weights: &[f64]) -> Self {
         let (lowest, highest) = vergence_range(scene);
-        let focus = focus_vergence(scene.lens);
-        let reach = |bound: f64, pick: fn(f64, f64) -> f64| focus.map_or(bound, |v| pick(bound, v));
-        let (lowest, highest) = (reach(lowest, f64::min), reach(highest, f64::max));
+        let plane = FocusPlane::new(scene.lens);
+        let width = scene.width.max(1);
+        let frame = scene.lens.frame();
+        let field = |index: usize| {
+            let at = scene.map.frame_point(index % width, index / width);
+            frame.field_point(at)
+        };
+        // Vergence is linear over the frame: largest and least at its corners.
+        let last = scene.pixel_count().saturating_sub(1);
+        let corners = [0, width - 1, last + 1 - width.min(last + 1), last].map(field);
+        let in_focus = || {
+            plane
+                .iter()
+                .flat_map(|plane| corners.map(|at| plane.vergence_at(at)))
+        };
+        let (lowest, highest) = (
+            in_focus().fold(lowest, f64::min),
+            in_focus().fold(highest, f64::max),
+        );
         let layers = DepthLayers::new(scene, lowest, highest, LayerSpacing::BY_BLUR);
         let table = DiameterTable::new(scene, weights, &layers);
-        let width = scene.width.max(1);
         let rows = |of: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
             let all = 0..scene.pixel_count();
             all.into_par_iter()
@@ -72,19 +81,20 @@ impl BlurMap {
         };
         let coordinate = |index| layers.coordinate(scene.vergence_at(index));
         let diameter_px = rows(&coordinate);
-        let focused_px = match focus.map(|focus| layers.coordinate(focus)) {
-            Some(focus) => rows(&|_| focus),
+        let focused_px = match &plane {
+            Some(plane) => rows(&|index| layers.coordinate(plane.vergence_at(field(index)))),
             None => diameter_px.clone(),
         };
+        let is_front = (0..scene.pixel_count()).into_par_iter().map(|index| {
+            let focus = plane.as_ref().map(|plane| plane.vergence_at(field(index)));
+            focus.is_some_and(|focus| scene.vergence_at(index) > focus)
+        });
         let (slices, slice_of) = slices(scene, &layers);
         Self {
             diameter_px,
             focused_px,
-            focus_per_m: focus,
-            vergence: match scene.vergence {
-                VergencePass::Constant(vergence) => Vergences::All(vergence),
-                VergencePass::PerPixel(pass) => Vergences::Each(pass.to_vec()),
-            },
+            is_front: is_front.collect(),
+            focus_per_m: plane.map(|plane| plane.on_axis_per_m),
             slices,
             slice_of,
         }
@@ -103,12 +113,8 @@ impl BlurMap {
     /// Returns the side of focus of the pixel at `index`; `None` where the lens has no focus.
     #[must_use]
     pub fn side(&self, index: usize) -> Option<FocusSide> {
-        let vergence = match &self.vergence {
-            Vergences::All(vergence) => *vergence,
-            Vergences::Each(pass) => f64::from(pass[index]),
-        };
-        self.focus_per_m.map(|focus| {
-            if vergence > focus {
+        self.focus_per_m.map(|_| {
+            if self.is_front[index] {
                 FocusSide::Front
             } else {
                 FocusSide::Behind

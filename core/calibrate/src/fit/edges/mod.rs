@@ -470,6 +470,7 @@ impl<'a> Context<'a> {
                 program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
                 sources: Vec::new(),
                 settings: format!("edges, {}", Provenance::NONE_HELD_OUT),
+                ..Provenance::default()
             },
         };
         let mut warnings = Vec::new();

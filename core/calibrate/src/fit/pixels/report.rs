@@ -99,6 +99,7 @@ pub(super) fn assemble(
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
             sources: Vec::new(),
             settings: context.settings.describe(),
+            tiles: coverage::by_distance(context.measured),
         },
     };
     if let Some(score) = score::held_out(context, &lens)? {

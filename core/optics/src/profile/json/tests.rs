@@ -9,7 +9,7 @@ use crate::effects;
 use crate::lens::{MomentCoefficients, VergenceSeries};
 use crate::profile::{
     Adequacy, FieldPattern, FieldZone, HeldOut, HeldOutGroup, MomentsChannel, MomentsPlane,
-    ProfileEffect, PupilChannel, RadialDisplacement, ResidualPattern, WorstPlace,
+    ProfileEffect, PupilChannel, RadialDisplacement, ResidualPattern, TileCoverage, WorstPlace,
 };
 
 fn moments_profile() -> LensProfile {
@@ -45,6 +45,12 @@ fn moments_profile() -> LensProfile {
             program: "seidel 0.1.0".into(),
             sources: vec!["set".into()],
             settings: "moments".into(),
+            tiles: vec![TileCoverage {
+                vergence_per_m: Some(0.25),
+                tiles: 9,
+                x_px: [12.5, 880.25],
+                y_px: [9.5, 500.0],
+            }],
         },
     }
 }

@@ -3,10 +3,11 @@
 use super::Look;
 use crate::effects::{
     self, Anamorphic, AperturePolygon, AxialColour, DefocusOffset, Effect, LateralColour,
-    Obstruction, Vignetting,
+    Obstruction, SensorTilt, Vignetting,
 };
 use crate::error::{Error, Result};
 use crate::lens::{PictureMask, VergenceSeries};
+use crate::profile::controls::SensorShift;
 use crate::profile::{ProfileEffect, PupilChannel};
 
 /// Spherical aberration of the rim ray at the largest [`Look::spherical`], half frame widths: 7.7 px of a frame of 1920, as
@@ -21,12 +22,16 @@ const CATS_EYE_SHIFT: f64 = 0.6;
 const ANAMORPHIC_PUPIL: usize = 1;
 /// Indices of the shifts among the parameters of `vignetting`.
 const SHIFTS: [usize; 2] = [1, 3];
+/// Index of `slant` among the parameters of `sensor_tilt`.
+const SLANT: usize = 3;
 
 /// A look and the frame whose pixels are the unit of its lens.
 pub(super) struct Change<'a> {
     pub(super) look: &'a Look,
     /// Half the width of the frame, px.
     pub(super) half_width_px: f64,
+    /// Shift of the tilted sensor half a frame width along the direction of the tilt.
+    pub(super) rise: Option<SensorShift>,
 }
 
 impl Change<'_> {
@@ -97,6 +102,9 @@ impl Change<'_> {
             let width = &mut carried.values[ANAMORPHIC_PUPIL];
             *width = width.scaled(1.0 / look.squeeze);
         }
+        if let Some(rise) = &self.rise {
+            self.tilt(channel, rise.defocus(channel));
+        }
         if look.obstruction > 0.0 {
             set(channel, &Obstruction, &[look.obstruction, 0.0]);
         }
@@ -118,6 +126,21 @@ impl Change<'_> {
             refocus.coefficients[0] += BEST_FOCUS * beta;
         }
         Ok(())
+    }
+
+    /// Adds a tilt with this defocus half a frame width along its direction.
+    fn tilt(&self, channel: &mut PupilChannel, defocus: VergenceSeries) {
+        let (y, x) = self.look.tilt_direction_deg.to_radians().sin_cos();
+        let values = &mut carried_or_added(channel, &SensorTilt).values;
+        if values[..2]
+            .iter()
+            .all(|tilt| *tilt == VergenceSeries::constant(0.0))
+        {
+            values[SLANT] = VergenceSeries::constant(1.0 / self.half_width_px);
+        }
+        for (own, share) in values.iter_mut().zip([x, y]) {
+            *own = own.towards(&defocus.scaled(share), 0.5).scaled(2.0);
+        }
     }
 }
 

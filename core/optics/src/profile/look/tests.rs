@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::*;
 use crate::BlurField;
+use crate::effects::amount;
 use crate::field::FieldPoint;
 use crate::library::{self, LibraryLens};
 use crate::predict::Predictor;
@@ -84,7 +85,58 @@ fn the_neutral_look_leaves_every_lens_as_it_is() {
         let changed = profile.with_look(&Look::default()).expect("neutral");
         assert_eq!(changed, profile);
         assert_eq!(changed.to_json(), profile.to_json());
+        let untilted = Look {
+            tilt_direction_deg: -30.0,
+            ..Look::default()
+        };
+        assert_eq!(profile.with_look(&untilted).expect("neutral"), profile);
     }
+}
+
+#[test]
+fn a_tilted_lens_is_sharp_on_the_plane_of_scheimpflugs_rule() {
+    // 50 mm at f/2 on 2 m; half the frame is 1.5 mm wide. Sensor, lens and plane of focus meet in a line.
+    let image_m = 0.05 / 0.975;
+    for sign in [1.0, -1.0] {
+        let lens = amount::tests::lens(sign);
+        for (tilt_deg, tilt_direction_deg) in [(8.0, 90.0), (8.0, -90.0), (-5.0, 30.0)] {
+            let look = Look {
+                tilt_deg,
+                tilt_direction_deg,
+                ..Look::default()
+            };
+            let tilted = lens.with_look(&look).expect("a valid look");
+            let (y, x) = f64::to_radians(tilt_direction_deg).sin_cos();
+            let tangent = f64::to_radians(tilt_deg).tan();
+            let predictor = Predictor::new(&tilted).expect("a lens");
+            for at in [AXIS, FieldPoint::new(0.3, 0.6), FieldPoint::new(-0.9, 0.4)] {
+                // The vertex of the variance, a parabola in vergence.
+                let size = |v: f64| predictor.blur_at(0, at, v).blur.moments.trace();
+                let [far, middle, near] = [0.3, 0.5, 0.7].map(size);
+                let sharpest = 0.5 + 0.1 * (far - near) / (far - 2.0 * middle + near);
+                let slope = (at.x * x + at.y * y) * 1.5e-3 / image_m;
+                let change = slope * tangent / image_m;
+                let error = (sharpest - 0.5 - change).abs();
+                assert!(
+                    error <= 1e-3 + 0.01 * change.abs(),
+                    "{look} {at:?}: {error}"
+                );
+            }
+            let plane = tilted.plane_of_focus().expect("tilted");
+            let want = (2.0 / image_m * tangent.abs()).atan().to_degrees();
+            assert!((plane.tilt_deg - want).abs() < 0.5, "{plane:?} {want}");
+            let along = (plane.nearer[0] * x + plane.nearer[1] * y) * tilt_deg.signum();
+            assert!((along - 1.0).abs() < 1e-9, "{plane:?}");
+        }
+    }
+    let mut unknown = amount::tests::lens(1.0);
+    unknown.camera.f_number = None;
+    let look = Look {
+        tilt_deg: 1.0,
+        ..Look::default()
+    };
+    let error = unknown.with_look(&look).expect_err("no cone");
+    assert!(error.to_string().contains("camera.f_number"), "{error}");
 }
 
 #[test]
@@ -383,8 +435,10 @@ fn looks_are_saved_with_the_lens() {
         spherical: -0.5,
         axial_colour: 2.0,
         lateral_colour: 0.0,
+        tilt_deg: 4.0,
+        tilt_direction_deg: -90.0,
     };
-    let settings = "look: 7 blades, roundness 0.3, rotation -20 degrees, squeeze 1.5, obstruction 0.3, cat's eye 0.4, spherical -0.5, axial colour 2, lateral colour 0";
+    let settings = "look: 7 blades, roundness 0.3, rotation -20 degrees, squeeze 1.5, obstruction 0.3, cat's eye 0.4, spherical -0.5, axial colour 2, lateral colour 0, tilt 4 degrees towards -90 degrees";
     for entry in library::ALL {
         let changed = entry.profile().expect("valid").with_look(&look);
         let changed = changed.expect("a valid look");
@@ -451,6 +505,21 @@ fn bad_values_and_lenses_without_a_pupil_are_refused() {
                 ..neutral.clone()
             },
             ["lateral colour", "-4 to 4"],
+        ),
+        (
+            Look {
+                tilt_deg: 31.0,
+                ..neutral.clone()
+            },
+            ["tilt", "-30 to 30"],
+        ),
+        (
+            Look {
+                tilt_direction_deg: 200.0,
+                tilt_deg: 1.0,
+                ..neutral.clone()
+            },
+            ["tilt direction", "-180 to 180"],
         ),
     ] {
         let error = lens("modern-50").with_look(&look).expect_err("refused");

@@ -34,7 +34,7 @@ fn diameters_are_those_of_even_discs_of_the_same_variance() {
 
 #[test]
 fn blur_that_grows_with_the_field_is_followed() {
-    let lens = Lens { field: 1.0 };
+    let lens = Lens { field: 1.0, ..EVEN };
     let map = BlurMap::new(&scene(&lens, VergencePass::Constant(1.5)), RED);
     let scene = scene(&lens, VergencePass::Constant(1.5));
     for (column, row) in [(0, 0), (32, 24), (63, 47), (10, 40)] {
@@ -66,4 +66,17 @@ fn slices_hold_all_pixels_and_lie_at_their_vergences() {
         assert!((slice.vergence_per_m - f64::from(*vergence)).abs() <= longest / 2.0 + 1e-6);
     }
     assert_ne!(map.slice_of[0], map.slice_of[WIDTH - 1]);
+}
+
+#[test]
+fn the_plane_of_focus_of_a_tilted_lens_is_followed() {
+    let lens = Lens { tilt: 0.4, ..EVEN };
+    let map = BlurMap::new(&scene(&lens, VergencePass::Constant(0.5)), RED);
+    for (row, side) in [(4, FocusSide::Front), (43, FocusSide::Behind)] {
+        for index in [row * WIDTH, row * WIDTH + WIDTH / 2] {
+            assert_eq!(map.side(index), Some(side), "{index}");
+            assert!(map.diameter_px[index] > 5.0, "{}", map.diameter_px[index]);
+            assert!(map.focused_px[index] < 1.0, "{}", map.focused_px[index]);
+        }
+    }
 }

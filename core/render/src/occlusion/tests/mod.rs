@@ -18,6 +18,8 @@ use seidel_optics::psf::{Gaussian, LocalBlur};
 /// Three channels, blur growing from focus at vergence 0.5 at its own rate in each, and with the field.
 struct Lens {
     field: f64,
+    /// Change of the vergence in focus over half a frame width downwards, 1/m.
+    tilt: f64,
 }
 
 impl BlurField for Lens {
@@ -31,7 +33,7 @@ impl BlurField for Lens {
 
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let rate = 8.0 * (1.0 + 0.1 * channel as f64) * (1.0 + self.field * at.radius());
-        let variance = (rate * (vergence - 0.5)).powi(2);
+        let variance = (rate * (vergence - 0.5 - self.tilt * at.y)).powi(2);
         let moments = MeridionalMoments {
             mu20: variance,
             mu02: variance,
@@ -45,7 +47,10 @@ impl BlurField for Lens {
     }
 }
 
-const EVEN: Lens = Lens { field: 0.0 };
+const EVEN: Lens = Lens {
+    field: 0.0,
+    tilt: 0.0,
+};
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 const RED: &[f64] = &[1.0, 0.0, 0.0];
@@ -105,7 +110,7 @@ fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
 fn constant_vergence_equals_the_inner_renderer() {
     let light = textured();
     let planes = [plane(&light, RED), plane(&light, ALPHA)];
-    let constant = scene(&Lens { field: 1.0 }, VergencePass::Constant(0.9));
+    let constant = scene(&Lens { field: 1.0, ..EVEN }, VergencePass::Constant(0.9));
     let want = Scatter
         .render(&constant, &planes, &|_| true)
         .expect("valid")
@@ -132,7 +137,7 @@ fn opaque_scenes_stay_opaque_and_transparent_ones_transparent() {
     let slanted: Vec<f32> = (0..WIDTH * HEIGHT)
         .map(|k| 0.1 + 0.016 * (k / WIDTH) as f32 + 0.003 * (k % WIDTH) as f32)
         .collect();
-    let lens = Lens { field: 1.0 };
+    let lens = Lens { field: 1.0, ..EVEN };
     for pass in [slanted, halves(0.9, 0.2), halves(0.5, 0.1)] {
         let scene = scene(&lens, VergencePass::PerPixel(&pass));
         let (opaque, half) = (vec![1.0; pass.len()], vec![0.5; pass.len()]);
