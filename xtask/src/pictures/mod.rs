@@ -42,18 +42,21 @@ const SHEETS: [&str; 4] = [
     "cli/src/demo/",
 ];
 
+/// The code that draws plates side by side, and the demo.
+const COMPARISONS: [&str; 3] = [
+    "cli/src/pictures/canvas",
+    "cli/src/pictures/comparison",
+    "cli/src/demo/",
+];
+
 static PICTURES: [Picture; 14] = [
     picture(
         "before-after",
         |p| demo_file(p, "before-after.png"),
-        &[
-            "cli/src/pictures/canvas",
-            "cli/src/pictures/comparison",
-            "cli/src/demo/",
-        ],
+        &COMPARISONS,
     ),
     picture("sheet", |p| demo_file(p, "sheet.png"), &SHEETS),
-    picture("lenses", |p| demo_file(p, "lenses.png"), &SHEETS),
+    picture("lenses", |p| demo_file(p, "lenses.png"), &COMPARISONS),
     picture("colour", colour, &["tests/seidel/colour_picture"]),
     picture(
         "hosts",
