@@ -112,7 +112,7 @@ pub(crate) fn put_look(
         return Ok(());
     }
     Err(Failure::failed(format!(
-        "Look: {chosen}: this lens was fitted with --model moments, which says nothing about its pupil; set Blades to Lateral Colour to their defaults, or choose a lens that comes with Seidel or one fitted with --model reduced."
+        "Look: {chosen}: this lens was fitted with --model moments, which says nothing about its pupil; set Blades to Tilt Direction to their defaults, or choose a lens that comes with Seidel or one fitted with --model reduced."
     )))
 }
 

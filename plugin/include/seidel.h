@@ -583,13 +583,13 @@ typedef struct SeidelSettings {
   uint32_t mask_scales;
   /**
    * Tilt of the lens, as of a tilt-shift lens: the plane of focus turns by Scheimpflug's rule (-30 to 30 degrees).
-   * Default 0. A small model: tilt against the ground, -90 as direction. Needs a lens of known focal length and
-   * f-number.
+   * Default 0. Needs a lens of known focal length and f-number.
    */
   double tilt;
   /**
    * Direction in the picture along which the tilted plane of focus comes nearer, from right towards down: 90 lays it
-   * along the ground (-180 to 180 degrees). Default 90.
+   * along the ground (-180 to 180 degrees). Default 90. At -90 one strip of the ground is sharp, as in photographs
+   * of small models.
    */
   double tilt_direction;
 } SeidelSettings;

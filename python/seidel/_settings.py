@@ -35,10 +35,10 @@ class Look:
         lateral_colour: Factor on the difference of magnification between channels: 0 none, 1 as the lens (-4 to
             4). Without lateral colour in the geometry it has no effect.
         tilt: Tilt of the lens, as of a tilt-shift lens: the plane of focus turns by Scheimpflug's rule (-30 to
-            30 degrees). A small model: tilt against the ground, -90 as direction. Needs a lens of known focal
-            length and f-number.
+            30 degrees). Needs a lens of known focal length and f-number.
         tilt_direction: Direction in the picture along which the tilted plane of focus comes nearer, from right
-            towards down: 90 lays it along the ground (-180 to 180 degrees).
+            towards down: 90 lays it along the ground (-180 to 180 degrees). At -90 one strip of the ground is
+            sharp, as in photographs of small models.
     """
 
     blades: int | None = None

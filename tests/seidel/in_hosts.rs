@@ -186,13 +186,13 @@ fn looks_equal_the_command() {
     let report = refused.expect_err("no pupil");
     for word in [
         "Look: 6 blades",
-        "Blades to Lateral Colour",
+        "Blades to Tilt Direction",
         "--model reduced",
     ] {
         assert!(report.contains(word), "{report}");
     }
     // Bloom is of the plate, not of the lens.
-    let host = in_host(folder, DepthInput::None, &[&near[..1], &rest[5..]].concat());
+    let host = in_host(folder, DepthInput::None, &[&near[..1], &rest[7..]].concat());
     let line = "apply --lens @lens.json --distance 1.2";
     let bloom = "--bloom 0.3 --bloom-level 2.5 --bloom-radius 4";
     assert_equals_command(&host, folder, &format!("{line} {bloom}"));

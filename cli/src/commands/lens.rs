@@ -207,7 +207,7 @@ fn words(path: &Path, lens: &LensProfile) -> String {
     lines.join("\n").replacen("\n\n\n", "\n\n", 1)
 }
 
-/// Returns the sides of the frame and the distances that the fit had no tile of, a sentence each; none where the profile does
+/// Returns the sides of the frame and the distances that the fit had no tile of, one sentence for each; none where the profile does
 /// not hold its tiles.
 fn coverage_words(lens: &LensProfile) -> impl Iterator<Item = String> {
     let tiles = &lens.provenance.tiles;

@@ -10,13 +10,13 @@ pub const ONE_DISTANCE: &str = "the blur is the same at every other distance";
 /// Returns remarks on the sides of the frame that have no tile near them, on a gap between distances, and where all tiles are at one
 /// known distance.
 pub(super) fn remarks(frame: &Frame, tiles: &[MeasuredTile]) -> Vec<String> {
-    let coverage = by_distance(tiles);
-    let gap = distance_gap(&coverage).map(|gap| {
+    let places: Vec<ImagePoint> = tiles.iter().map(|t| t.centroid).collect();
+    let gap = distance_gap(&by_distance(tiles)).map(|gap| {
         format!(
             "no PSF lies {gap}: the blur there is interpolated. Add a set at a distance between them"
         )
     });
-    let all = [one_distance(tiles), sides(&coverage, frame, "PSF"), gap];
+    let all = [one_distance(tiles), bare_sides(frame, &places, "PSF"), gap];
     all.into_iter().flatten().collect()
 }
 
@@ -69,11 +69,7 @@ fn extent(vergence_per_m: Option<f64>, places: impl Iterator<Item = ImagePoint>)
 
 /// Returns a remark that names the sides of the frame with no place near them; `what` names the places. `None` for no bare side.
 pub fn bare_sides(frame: &Frame, places: &[ImagePoint], what: &str) -> Option<String> {
-    sides(&[extent(None, places.iter().copied())], frame, what)
-}
-
-fn sides(coverage: &[TileCoverage], frame: &Frame, what: &str) -> Option<String> {
-    let bare = profile::bare_sides(coverage, frame)?;
+    let bare = profile::bare_sides(&[extent(None, places.iter().copied())], frame)?;
     Some(format!(
         "no {what} lies near these sides of the frame: {bare}. The blur there is extrapolated: photograph {what}s there too, at the same distance and focus"
     ))
