@@ -126,8 +126,8 @@ impl VisibleTexture<'_> {
                 let reach = self.layers.size(self.input.coordinates[index]) + size + SPARE_PX;
                 let sharp = (2.0 - size / SHARP_PX).clamp(0.0, 1.0);
                 let apart = ((distance_px - FIRST_PX) / TRANSITION_PX).clamp(0.0, 1.0);
-                // Beyond three quarters of the reach blur uncovers next to nothing.
-                let uncovered = (3.0 - 4.0 * distance_px / reach).clamp(0.0, 1.0);
+                // Farther in, blur uncovers next to nothing.
+                let uncovered = (2.5 - 4.0 * distance_px / reach).clamp(0.0, 1.0);
                 let share = sharp * apart * uncovered;
                 if share > 0.0 {
                     found.push(HiddenPixel {

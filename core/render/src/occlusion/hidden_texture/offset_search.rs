@@ -190,6 +190,16 @@ impl<'a> OffsetSearch<'a> {
             .then(|| differences.iter().sum::<f32>() / compared)
     }
 
+    /// Returns the same summed over the planes of light: colours of one luminance differ.
+    #[inline(always)]
+    fn colour_difference(&self, x: i32, y: i32) -> Option<f32> {
+        let mut sum = 0.0;
+        for plane in &self.local.light {
+            sum += self.difference(plane, x, y)?;
+        }
+        Some(sum)
+    }
+
     /// Returns the best offsets by luminance: of those of even steps, and of the neighbours of the best.
     #[inline(always)]
     fn best_by_luminance(&self) -> Vec<Offset> {
@@ -247,22 +257,14 @@ impl pulp::NullaryFnOnce for BestOffsets<'_> {
     #[inline(always)]
     fn call(self) -> Option<BlockOffsets> {
         let search = self.0;
-        let light = &search.local.light;
         let mut variance = 0.0;
-        for plane in light {
+        for plane in &search.local.light {
             variance += search.moments(plane).1;
         }
-        // Colours of one luminance differ.
-        let difference = |x: i32, y: i32| {
-            let mut sum = 0.0;
-            for plane in light {
-                sum += search.difference(plane, x, y)?;
-            }
-            Some(sum / variance)
-        };
         let mut best = search.best_by_luminance();
         for offset in &mut best {
-            *offset = Offset::new(offset.x, offset.y, difference(offset.x, offset.y));
+            let difference = search.colour_difference(offset.x, offset.y);
+            *offset = Offset::new(offset.x, offset.y, difference.map(|d| d / variance));
         }
         best.retain(|offset| offset.cost.is_finite());
         keep_best(&mut best, USED);
@@ -273,21 +275,21 @@ impl pulp::NullaryFnOnce for BestOffsets<'_> {
             weight += offset.weight;
             sum += offset.weight * offset.difference;
         }
-        let ring = |radius: i32| {
-            let (mut sum, mut count) = (0.0, 0.0);
+        let mut rings = [0.0; RINGS_PX.len()];
+        for (ring, radius) in rings.iter_mut().zip(RINGS_PX) {
+            let mut count = 0.0;
             for (x, y) in (-1..=1).flat_map(|y| (-1..=1).map(move |x| (x, y))) {
-                if (x, y) != (0, 0)
-                    && let Some(difference) = difference(radius * x, radius * y)
-                {
-                    sum += difference;
+                let difference = search.colour_difference(radius * x, radius * y);
+                if let Some(difference) = difference.filter(|_| (x, y) != (0, 0)) {
+                    *ring += difference / variance;
                     count += 1.0;
                 }
             }
-            sum / f32::max(count, 1.0)
-        };
+            *ring /= f32::max(count, 1.0);
+        }
         Some(BlockOffsets {
             difference: sum / weight,
-            rings: RINGS_PX.map(ring),
+            rings,
             best,
             weight,
         })

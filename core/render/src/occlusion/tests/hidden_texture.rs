@@ -16,7 +16,7 @@ fn rms_behind_card(a: &[f32], b: &[f32]) -> f64 {
 fn squares_go_on_behind_a_card_and_noise_is_no_worse_than_without() {
     let squares: Vec<f32> = (0..WIDTH * HEIGHT)
         .map(|k| {
-            if (k % WIDTH / 3 + k / WIDTH / 3) % 2 == 0 {
+            if (k % WIDTH / 3 + k / WIDTH / 3).is_multiple_of(2) {
                 0.2
             } else {
                 0.8
