@@ -40,7 +40,7 @@ const TRANSITION_PX: f32 = 1.0;
 /// One over the least share of the weights of offsets that lead to visible pixels.
 const FULL_VISIBILITY: f32 = 10.0;
 
-/// What texture is continued from.
+/// The plate whose texture is continued, its depth and its edges.
 pub(super) struct VisibleTexture<'a> {
     pub(super) input: &'a LayeredPlate<'a>,
     pub(super) layers: &'a DepthLayers,

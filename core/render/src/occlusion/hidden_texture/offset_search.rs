@@ -10,7 +10,7 @@ const TRIED: usize = 24;
 pub(super) const USED: usize = 16;
 /// T: mean squared difference, in variances, at which the weight of an offset falls to 1/e.
 const TEMPERATURE: f32 = 0.5;
-/// What the largest offset along an axis adds to the squared difference, in variances: what is close is more alike.
+/// Cost of the largest offset along an axis, added to its squared difference, in variances: what is close is more alike.
 const DISTANCE_COST: f32 = 0.6;
 /// Distances at which the variogram is measured, px.
 const RINGS_PX: [i32; 3] = [2, 4, 8];
