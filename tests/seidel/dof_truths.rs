@@ -15,7 +15,7 @@ fn blur_is_as_near_to_a_path_tracer_as_stated() {
         ("floor", "", 48.0),
         ("character", "", 38.7),
         ("element", "", 34.2),
-        ("foreground", "", 27.1),
+        ("foreground", "", 28.8),
         ("foreground", clean.as_str(), 37.7),
     ] {
         let scene = scene(name).expect("the same folder");

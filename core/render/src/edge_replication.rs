@@ -40,6 +40,10 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
         self.inner.overshoot()
     }
 
+    fn is_preview(&self) -> bool {
+        self.inner.is_preview()
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

@@ -31,6 +31,10 @@ impl Renderer for MirroringRenderer<'_> {
         self.inner.overshoot()
     }
 
+    fn is_preview(&self) -> bool {
+        self.inner.is_preview()
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

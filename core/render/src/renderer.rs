@@ -13,6 +13,11 @@ pub trait Renderer: Sync {
     /// Every PSF is non-negative and sums to one, so that this is an error of the renderer.
     fn overshoot(&self) -> f32;
 
+    /// Returns whether a preview is enough.
+    fn is_preview(&self) -> bool {
+        false
+    }
+
     /// Renders the pixels of `window` from all light of the plate.
     ///
     /// The planes come back in the order given, row-major and as large as the window. They equal the same part of

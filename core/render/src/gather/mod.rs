@@ -89,6 +89,10 @@ impl Renderer for Gather<'_> {
         self.quality.tolerance().overshoot
     }
 
+    fn is_preview(&self) -> bool {
+        self.quality == Quality::Draft
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

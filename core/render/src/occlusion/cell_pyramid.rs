@@ -11,15 +11,13 @@ pub(super) const JUMP: f32 = 1.5;
 /// Width of the band along a jump, px.
 const BAND_PX: usize = 4;
 /// Weight of pixels right at a jump, whose colour is often mixed with that of the near side.
-const AT_JUMP: f32 = 0.05;
+pub(super) const AT_JUMP: f32 = 0.05;
 /// Brightness relative to the rest of a cell above which a part's weight is reduced: a small light next to an edge must
 /// not grow into a large one.
 const BRIGHTEST: f32 = 4.0;
 
 /// The cells of one size, row-major.
 pub(super) struct CellLevel {
-    /// Column and row of the plate's first cell on the frame's grid.
-    pub(super) first: [usize; 2],
     pub(super) columns: usize,
     rows: usize,
     /// Weight of the farther surface in each cell.
@@ -31,23 +29,24 @@ pub(super) struct CellLevel {
 }
 
 impl CellLevel {
-    /// Returns the index of the first cell of `row` on the frame's grid; `None` beyond the plate.
+    /// Returns the index of the first cell of `row`, counted from the plate's first; `None` beyond the plate.
     pub(super) fn row(&self, row: i64) -> Option<usize> {
-        let row = usize::try_from(row - self.first[1] as i64).ok()?;
+        let row = usize::try_from(row).ok()?;
         (row < self.rows).then(|| row * self.columns)
     }
 
-    /// Returns the index of the cell (`column`, `row`) on the frame's grid; `None` beyond the plate.
+    /// Returns the index of the cell (`column`, `row`), counted from the plate's first; `None` beyond the plate.
     fn cell(&self, column: i64, row: i64) -> Option<usize> {
-        let column = usize::try_from(column - self.first[0] as i64).ok()?;
+        let column = usize::try_from(column).ok()?;
         (column < self.columns).then_some(self.row(row)? + column)
     }
 
-    fn empty(first: [usize; 2], last: [usize; 2], planes: usize) -> Self {
-        let [columns, rows] = [0, 1].map(|k| last[k] - first[k] + 1);
+    /// Empty cells of a side of 2^`level` px for a plate of `size` whose first pixel has the position `origin` on their grid.
+    fn empty(origin: [usize; 2], size: [usize; 2], level: u32, planes: usize) -> Self {
+        let last = |k: usize| (origin[k] + size[k] - 1) >> level;
+        let [columns, rows] = [0, 1].map(|k| last(k) - (origin[k] >> level) + 1);
         let count = columns * rows;
         Self {
-            first,
             columns,
             rows,
             weight: vec![0.0; count],
@@ -56,7 +55,8 @@ impl CellLevel {
         }
     }
 
-    /// Fills every cell with the average of its `parts`, of `planes` planes whose first `light_count` hold light. `read` returns the sample of a part by index and plane.
+    /// Fills every cell with the average of its `parts`, of `planes` planes whose first `light_count` hold light. `read` returns the sample
+    /// of a part by index and plane.
     fn fill(
         &mut self,
         planes: usize,
@@ -65,7 +65,6 @@ impl CellLevel {
         read: impl Fn(usize, usize) -> f32 + Sync,
     ) {
         let columns = self.columns;
-        let [first_column, first_row] = self.first;
         let weights = self.weight.par_chunks_mut(columns);
         let coordinates = self.coordinate.par_chunks_mut(columns);
         let samples = self.samples.par_chunks_mut(columns * planes);
@@ -77,7 +76,7 @@ impl CellLevel {
                 cells.zip(samples.chunks_exact_mut(planes)).enumerate()
             {
                 found.clear();
-                parts(first_column + column, first_row + row, &mut found);
+                parts(column, row, &mut found);
                 if !found.is_empty() {
                     (*weight, *coordinate) = merged(&mut found, light_count, &read, out);
                 }
@@ -93,59 +92,69 @@ struct Part {
     index: usize,
 }
 
-/// Builds the pyramid of `input`, which has at least one plane, from the pixels of its `band`: cells of 2 px first, up to 2^`levels`. The
-/// first pixel is (`x`, `y`) of the grid of cells.
-pub(super) fn build(
+/// Builds the cells of 2 px of `input`, which has at least one plane, from the pixels of its `band`. They are the same on all grids whose
+/// origins differ by whole cells.
+pub(super) fn finest(input: &LayeredPlate, origin: [usize; 2], band: &[f32]) -> CellLevel {
+    let (planes, size) = (input.planes.len(), [input.width, input.height]);
+    let before = origin.map(|at| at % 2);
+    let mut cells = CellLevel::empty(origin, size, 1, planes);
+    cells.fill(
+        planes,
+        input.light_count,
+        |column, row, found| {
+            for (dx, dy) in CHILDREN {
+                let place = [2 * column + dx, 2 * row + dy];
+                let [Some(x), Some(y)] = [0, 1].map(|k| {
+                    let at = place[k].checked_sub(before[k]);
+                    at.filter(|at| *at < size[k])
+                }) else {
+                    continue;
+                };
+                let index = y * input.width + x;
+                if band[index] > 0.0 {
+                    found.push(Part {
+                        weight: band[index],
+                        coordinate: input.coordinates[index],
+                        index,
+                    });
+                }
+            }
+        },
+        |index, plane| input.planes[plane].samples[index],
+    );
+    cells
+}
+
+/// Builds the cells of 4 px and more, up to 2^`levels`, from the `finest` ones on a grid with this `origin`.
+pub(super) fn coarser(
     input: &LayeredPlate,
-    [x, y]: [usize; 2],
-    band: &[f32],
+    origin: [usize; 2],
+    finest: &CellLevel,
     levels: u32,
 ) -> Vec<CellLevel> {
-    let planes = input.planes.len();
-    let last = [x + input.width - 1, y + input.height - 1];
+    let (planes, size) = (input.planes.len(), [input.width, input.height]);
     let mut pyramid: Vec<CellLevel> = Vec::new();
-    for level in 1..=levels {
-        let mut next = CellLevel::empty([x >> level, y >> level], last.map(|l| l >> level), planes);
-        match pyramid.last() {
-            None => next.fill(
-                planes,
-                input.light_count,
-                |column, row, found| {
-                    for (dx, dy) in CHILDREN {
-                        let (cx, cy) = (2 * column + dx, 2 * row + dy);
-                        if cx < x || cy < y || cx > last[0] || cy > last[1] {
-                            continue;
-                        }
-                        let index = (cy - y) * input.width + cx - x;
-                        if band[index] > 0.0 {
-                            found.push(Part {
-                                weight: band[index],
-                                coordinate: input.coordinates[index],
-                                index,
-                            });
-                        }
-                    }
-                },
-                |index, plane| input.planes[plane].samples[index],
-            ),
-            Some(finer) => next.fill(
-                planes,
-                input.light_count,
-                |column, row, found| {
-                    for (dx, dy) in CHILDREN {
-                        let (cx, cy) = ((2 * column + dx) as i64, (2 * row + dy) as i64);
-                        let cell = finer.cell(cx, cy);
-                        let lit = cell.filter(|index| finer.weight[*index] > 0.0);
-                        found.extend(lit.map(|index| Part {
-                            weight: finer.weight[index],
-                            coordinate: finer.coordinate[index],
-                            index,
-                        }));
-                    }
-                },
-                |index, plane| finer.samples[index * planes + plane],
-            ),
-        }
+    for level in 2..=levels {
+        let finer = pyramid.last().unwrap_or(finest);
+        let before = origin.map(|at| (at >> (level - 1)) % 2);
+        let mut next = CellLevel::empty(origin, size, level, planes);
+        next.fill(
+            planes,
+            input.light_count,
+            |column, row, found| {
+                for (dx, dy) in CHILDREN {
+                    let [cx, cy] = [2 * column + dx, 2 * row + dy].map(|place| place as i64);
+                    let cell = finer.cell(cx - before[0] as i64, cy - before[1] as i64);
+                    let lit = cell.filter(|index| finer.weight[*index] > 0.0);
+                    found.extend(lit.map(|index| Part {
+                        weight: finer.weight[index],
+                        coordinate: finer.coordinate[index],
+                        index,
+                    }));
+                }
+            },
+            |index, plane| finer.samples[index * planes + plane],
+        );
         pyramid.push(next);
     }
     pyramid

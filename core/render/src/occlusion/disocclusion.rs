@@ -2,12 +2,14 @@
 //!
 //! A blurred foreground is half transparent towards its edge and reveals what the plate does not show. Each pixel near
 //! an edge gets one hidden sample of colour, alpha and vergence: the samples of the far side next to the edge, and
-//! averages of ever larger cells of them further in, as far as the blur of both reaches. The rule is local
+//! averages of ever larger cells of them further in, as far as the blur of both reaches. Where that far side is in focus its texture is
+//! continued (`hidden_texture`). The rule is local
 //! ([`HIDDEN_REACH_PX`]) and cells lie on grids fixed to the frame, so a tile with that much margin equals the whole.
 
 use super::cell_pyramid::{self, CellLevel, JUMP};
 use super::depth_layers::DepthLayers;
 use super::edge_distance::EdgeDistance;
+use super::hidden_texture::VisibleTexture;
 use super::layered_plate::LayeredPlate;
 use crate::Scene;
 use rayon::prelude::*;
@@ -23,7 +25,7 @@ const LARGEST_CELL_PX: usize = 1 << MAX_LEVELS;
 
 /// Shifts of the grids of cells from the frame's, px: about a third of a cell of every size, each with its mirror images.
 ///
-/// The estimates of all grids are averaged. Those of one depend on where its cells lie by 0.3 dB, and are 0.2 dB worse.
+/// All are odd, so that the finest cells, of 2 px, are the same on all of them. The estimates of all grids are averaged. Those of one depend on where its cells lie by 0.3 dB, and are 0.2 dB worse.
 const GRID_SHIFTS_PX: [[usize; 2]; 4] = {
     const NEAR: usize = LARGEST_CELL_PX / 3;
     const FAR: usize = LARGEST_CELL_PX - NEAR;
@@ -68,44 +70,67 @@ pub(super) fn hidden_samples(
         .find(|level| (1 << level) as f32 >= 6.0 * (reach + SPARE_PX))
         .unwrap_or(MAX_LEVELS);
     let band = cell_pyramid::band(input);
-    let grid = |shift: [usize; 2]| {
-        let origin = [0, 1].map(|axis| (input.origin[axis] + shift[axis]) % LARGEST_CELL_PX);
-        let pyramid = cell_pyramid::build(input, origin, &band, levels);
-        let sized = pyramid.into_iter().enumerate();
-        let sized = sized.map(|(index, cells)| SizedLevel::new(cells, (2 << index) as f32, layers));
-        CellGrid {
+    let origins = GRID_SHIFTS_PX
+        .map(|shift| [0, 1].map(|axis| (input.origin[axis] + shift[axis]) % LARGEST_CELL_PX));
+    let build_grids = || {
+        let finest = cell_pyramid::finest(input, origins[0], &band);
+        let grid = |origin: [usize; 2]| CellGrid {
             origin,
-            pyramid: sized.collect(),
+            coarser: cell_pyramid::coarser(input, origin, &finest, levels)
+                .into_iter()
+                .zip(2..)
+                .map(|(cells, level)| SizedLevel::new(cells, level, layers))
+                .collect(),
+        };
+        let grids: Vec<CellGrid> = origins.into_par_iter().map(grid).collect();
+        CellGrids {
+            finest: SizedLevel::new(finest, 1, layers),
+            grids,
         }
     };
-    let build_grids = || -> Vec<CellGrid> { GRID_SHIFTS_PX.into_par_iter().map(grid).collect() };
     // The distances take one thread.
-    let (grids, distance) = rayon::join(build_grids, || EdgeDistance::new(&band, input.width));
+    let (cells, distance) = rayon::join(build_grids, || EdgeDistance::new(&band, input.width));
     let edges = NearbyEdges {
         distance,
         largest_size: largest,
     };
-    (0..input.height)
+    let rows: Option<Vec<_>> = (0..input.height)
         .into_par_iter()
         // Edges may lie in few rows.
         .with_max_len(8)
-        .map(|row| goes_on().then(|| hidden_row(input, layers, &grids, &edges, row)))
-        .collect()
+        .map(|row| goes_on().then(|| hidden_row(input, layers, &cells, &edges, row)))
+        .collect();
+    let mut rows = rows?;
+    let texture = VisibleTexture {
+        input,
+        layers,
+        edges: &edges,
+        band: &band,
+    };
+    texture.continue_behind(&mut rows);
+    goes_on().then_some(rows)
 }
 
 /// Margin added to the reach of the blur, px.
-const SPARE_PX: f32 = 2.0;
+pub(super) const SPARE_PX: f32 = 2.0;
 
-/// A pyramid of cells on one of the grids.
+/// The grids of cells, which share the finest ones.
+struct CellGrids {
+    finest: SizedLevel,
+    grids: Vec<CellGrid>,
+}
+
+/// Cells on one of the grids, but for the finest ones.
 struct CellGrid {
     /// Position of the plate's first pixel on the grid.
     origin: [usize; 2],
-    pyramid: Vec<SizedLevel>,
+    coarser: Vec<SizedLevel>,
 }
 
 /// The cells of one size, and the surface of each.
 struct SizedLevel {
-    /// Side of a cell, px.
+    /// Binary logarithm of the side of a cell in px, and the side.
+    level: u32,
     side: f32,
     cells: CellLevel,
     surfaces: Vec<CellSurface>,
@@ -122,7 +147,8 @@ struct CellSurface {
 }
 
 impl SizedLevel {
-    fn new(cells: CellLevel, side: f32, layers: &DepthLayers) -> Self {
+    fn new(cells: CellLevel, level: u32, layers: &DepthLayers) -> Self {
+        let side = (1 << level) as f32;
         let all = cells.weight.par_iter().zip(&cells.coordinate);
         let surface = |(weight, coordinate): (&f32, &f32)| CellSurface {
             coordinate: *coordinate,
@@ -130,6 +156,7 @@ impl SizedLevel {
             known: (weight / side).min(1.0),
         };
         Self {
+            level,
             side,
             surfaces: all.map(surface).collect(),
             cells,
@@ -138,8 +165,8 @@ impl SizedLevel {
 }
 
 /// The edges of a plate, and how far blur reaches across them.
-struct NearbyEdges {
-    distance: EdgeDistance,
+pub(super) struct NearbyEdges {
+    pub(super) distance: EdgeDistance,
     /// Largest kernel size on the plate, px.
     largest_size: f32,
 }
@@ -147,7 +174,7 @@ struct NearbyEdges {
 fn hidden_row(
     input: &LayeredPlate,
     layers: &DepthLayers,
-    grids: &[CellGrid],
+    cells: &CellGrids,
     edges: &NearbyEdges,
     row: usize,
 ) -> ExtraSamples {
@@ -156,11 +183,12 @@ fn hidden_row(
         samples: vec![0.0; input.planes.len()],
         ..HiddenEstimate::default()
     });
+    let grids = &cells.grids;
     let lines: Vec<(usize, Vec<CellRows>)> = grids
         .iter()
         .map(|grid| {
-            let levels = grid.pyramid.iter();
-            let rows = levels.map(|level| CellRows::new(level, row + grid.origin[1]));
+            let levels = std::iter::once(&cells.finest).chain(&grid.coarser);
+            let rows = levels.map(|level| CellRows::new(level, grid.origin, row));
             (grid.origin[0], rows.collect())
         })
         .collect();
@@ -209,29 +237,41 @@ struct CellRows<'a> {
     level: &'a SizedLevel,
     /// First cell of each row of cells with the row's interpolation weight; `None` beyond the plate.
     rows: [Option<(usize, f32)>; 2],
+    /// Column of the plate's first cell on the frame's grid.
+    first_column: usize,
     /// First and end column with any weight in either row, on the frame's grid.
     lit: (i32, i32),
 }
 
 impl<'a> CellRows<'a> {
-    /// The rows of cells around row `y` of the frame's grid.
-    fn new(level: &'a SizedLevel, y: usize) -> Self {
+    /// The rows of cells around row `y` of a plate whose first pixel has the position `origin` on the frame's grid.
+    fn new(level: &'a SizedLevel, origin: [usize; 2], y: usize) -> Self {
         let cells = &level.cells;
-        let at = (y as f32 + 0.5) / level.side - 0.5;
+        let first = origin.map(|at| at >> level.level);
+        let at = ((y + origin[1]) as f32 + 0.5) / level.side - 0.5;
         let row = at.floor();
         let share = at - row;
-        let found = |dy: i64, share: f32| cells.row(row as i64 + dy).map(|first| (first, share));
+        let found = |dy: i64, share: f32| {
+            cells
+                .row(row as i64 + dy - first[1] as i64)
+                .map(|first| (first, share))
+        };
         let rows = [found(0, 1.0 - share), found(1, share)];
         let mut lit = (i32::MAX, i32::MIN);
-        for (first, _) in rows.iter().flatten() {
-            let weights = &cells.weight[*first..first + cells.columns];
+        for (start, _) in rows.iter().flatten() {
+            let weights = &cells.weight[*start..start + cells.columns];
             if let Some(start) = weights.iter().position(|w| *w > 0.0) {
                 let end = weights.iter().rposition(|w| *w > 0.0).unwrap_or(start) + 1;
-                let on_grid = |column: usize| (column + cells.first[0]) as i32;
+                let on_grid = |column: usize| (column + first[0]) as i32;
                 lit = (lit.0.min(on_grid(start)), lit.1.max(on_grid(end)));
             }
         }
-        Self { level, rows, lit }
+        Self {
+            level,
+            rows,
+            first_column: first[0],
+            lit,
+        }
     }
 }
 
@@ -279,7 +319,7 @@ impl HiddenEstimate {
                     if column < line.lit.0 || column >= line.lit.1 {
                         continue;
                     }
-                    let cell = first + column as usize - line.level.cells.first[0];
+                    let cell = first + column as usize - line.first_column;
                     let share = left * across * down;
                     self.add_cell(line.level, cell, share, coordinate, size);
                 }

@@ -3,7 +3,7 @@
 //! The plate is cut into depth layers of nearly equal blur (`depth_layers`, `layer_samples`). The inner renderer blurs
 //! each layer together with its *presence*, one at every pixel of the layer. The layers are composited from the nearest
 //! to the farthest (`composite`). Samples hidden behind near sides of depth edges are estimated (`disocclusion`,
-//! `cell_pyramid`). Anti-aliased edges of the depth pass are made sharp (`depth_edges`); those of the plate are split
+//! `cell_pyramid`, `hidden_texture`). Anti-aliased edges of the depth pass are made sharp (`depth_edges`); those of the plate are split
 //! between both sides (`mixed_pixels`). Small bright lights are taken out of the plate, blurred at their own depth and cut by what is
 //! nearer (`small_lights`).
 
@@ -16,6 +16,7 @@ mod depth_layers;
 mod disocclusion;
 mod edge_distance;
 mod farthest_nearby;
+mod hidden_texture;
 mod layer_samples;
 mod layer_stack;
 mod layer_waves;
@@ -42,7 +43,7 @@ use layered_plate::LayeredPlate;
 use mixed_pixels::{CleanPlate, MixedPixels};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
-use small_lights::{LightCut, SignedBlur, SmallLights};
+use small_lights::{LightCells, LightCut, SignedBlur, SmallLights};
 
 /// A holdout: an object composited in front later, whose matte holds back what lies behind it without blur.
 #[derive(Debug, Clone, Copy)]
@@ -250,7 +251,12 @@ impl LayeredRenderer<'_> {
         };
         let blur = SignedBlur::new(scene, &layers);
         let mixed_pixels = MixedPixels::new(&whole);
-        let small_lights = SmallLights::find(&whole, &mixed_pixels, &layers, &blur);
+        let light_cells = if self.inner.is_preview() {
+            LightCells::COARSE
+        } else {
+            LightCells::FINE
+        };
+        let small_lights = SmallLights::find(&whole, &mixed_pixels, &layers, &blur, light_cells);
         let rest = small_lights.rest(planes);
         let planes = rest.as_slice();
         let input = LayeredPlate { planes, ..whole };

@@ -6,7 +6,9 @@ use super::light_disc::LightDisc;
 use super::shared_kernels::SharedKernels;
 use super::signed_blur::SignedBlur;
 use super::surface_blocks::SurfaceBlocks;
-use super::{CELL_PX, CellLights, LEAST_DISTANCE, LEAST_RADIUS_PX, NearbyRange, Surfaces, middle};
+use super::{
+    CellLights, LARGEST_CELL_PX, LEAST_DISTANCE, LEAST_RADIUS_PX, NearbyRange, Surfaces, middle,
+};
 use crate::scatter::kernel_reach;
 use crate::{LocalKernel, Plane, RenderWindow, Scene};
 use seidel_optics::error::Result;
@@ -54,7 +56,7 @@ impl LightCut<'_> {
         [low, high].into_iter().any(|layer| {
             let reach = kernel_reach(self.scene, near, self.layers.vergence(layer));
             let is_near = |at: usize, first: usize, length: usize, before: f64, after: f64| {
-                let reach = before.max(after) + CELL_PX as f64;
+                let reach = before.max(after) + LARGEST_CELL_PX as f64;
                 let at = at as f64;
                 at + reach >= first as f64 && at - reach <= (first + length) as f64
             };

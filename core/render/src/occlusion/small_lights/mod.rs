@@ -50,11 +50,29 @@ const STEPS_TO_BRIGHTEST: usize = 3;
 /// Side of the blocks in which lights are searched, on a grid fixed to the frame, px.
 const BLOCK_PX: usize = 32;
 
-/// Side of the cells whose lights share a kernel, px.
-const CELL_PX: usize = 4;
+/// The cells whose lights share a kernel.
+#[derive(Clone, Copy)]
+pub(super) struct LightCells {
+    /// Side, px.
+    side_px: usize,
+    /// Cells a layer along the depth.
+    per_layer: f32,
+}
 
-/// The same along the depth, cells a layer.
-const CELLS_PER_LAYER: f32 = 2.0;
+impl LightCells {
+    pub(super) const FINE: Self = Self {
+        side_px: 4,
+        per_layer: 2.0,
+    };
+    /// For a preview: the truths of docs/background/depth-edges.md come out the same to 0.01 dB.
+    pub(super) const COARSE: Self = Self {
+        side_px: LARGEST_CELL_PX,
+        per_layer: 1.0,
+    };
+}
+
+/// Side of the largest cells, px.
+const LARGEST_CELL_PX: usize = 8;
 
 /// Radius of a disc over the side of the groups of its lights that are cut together.
 const RADIUS_OF_GROUP: f64 = 8.0;
@@ -65,7 +83,8 @@ const KERNEL_REACH: f64 = 1.5;
 /// The lights of one cell at nearly one depth.
 #[derive(Default)]
 struct CellLights {
-    /// Position of the plate's first pixel in its cell.
+    /// Side of the cell, px, and the position of the plate's first pixel in its own.
+    side_px: usize,
     before: [usize; 2],
     /// Whether nearer surfaces may cut their discs.
     is_cut: bool,
@@ -101,6 +120,7 @@ impl<'a> SmallLights<'a> {
         mixed: &MixedPixels,
         layers: &DepthLayers,
         blur: &SignedBlur,
+        light_cells: LightCells,
     ) -> Self {
         let count = input.light_count;
         let mut rest: Vec<Cow<[f32]>> = input
@@ -142,7 +162,7 @@ impl<'a> SmallLights<'a> {
             surface_blocks.any_within(lights.middle(), &nearer)
         };
         let of_block = |block: &HighlightBlock| -> Vec<CellLights> {
-            let mut cells = cells(block, &least_light, input, mixed);
+            let mut cells = cells(block, &least_light, input, mixed, light_cells);
             cells.retain(|lights| layers.size(lights.coordinate) < 2.0 * blur.frame_side_px);
             for lights in &mut cells {
                 lights.is_cut = is_cut(lights);
@@ -299,6 +319,7 @@ fn cells(
     least_light: &[f32],
     input: &LayeredPlate,
     mixed: &MixedPixels,
+    LightCells { side_px, per_layer }: LightCells,
 ) -> Vec<CellLights> {
     let count = least_light.len();
     let mut cells: BTreeMap<(usize, usize, i32), CellLights> = BTreeMap::new();
@@ -318,12 +339,13 @@ fn cells(
             continue;
         }
         let coordinate = mixed.coordinate_of_light(input, brightest_nearby(input, count, index));
-        let depth = (CELLS_PER_LAYER * coordinate).round() as i32;
+        let depth = (per_layer * coordinate).round() as i32;
         let (row, column) = *pixel;
         let [x, y] = [column + input.origin[0], row + input.origin[1]];
-        let lights = cells.entry((y / CELL_PX, x / CELL_PX, depth));
+        let lights = cells.entry((y / side_px, x / side_px, depth));
         let lights = lights.or_default();
-        lights.before = input.origin.map(|at| at % CELL_PX);
+        lights.side_px = side_px;
+        lights.before = input.origin.map(|at| at % side_px);
         lights.add((column, row), coordinate, &excess);
     }
     cells.into_values().collect()
@@ -370,14 +392,14 @@ impl CellLights {
     /// against the radius of their disc. Without cuts all are one group.
     fn groups(&self, radius_px: f64, planes: usize) -> Vec<Vec<PixelLight<'_>>> {
         let side = if self.is_cut {
-            ((radius_px / RADIUS_OF_GROUP).round() as usize).clamp(1, CELL_PX)
+            ((radius_px / RADIUS_OF_GROUP).round() as usize).clamp(1, self.side_px)
         } else {
-            CELL_PX
+            self.side_px
         };
         let mut groups: BTreeMap<(usize, usize), Vec<PixelLight>> = BTreeMap::new();
         for (&(column, row), light) in self.pixels.iter().zip(self.excess.chunks(planes)) {
             let [x, y] = [column + self.before[0], row + self.before[1]];
-            let group = groups.entry((y % CELL_PX / side, x % CELL_PX / side));
+            let group = groups.entry((y % self.side_px / side, x % self.side_px / side));
             let group = group.or_default();
             group.push(((column, row), light));
         }

@@ -2,6 +2,7 @@
 
 mod blur_map;
 mod clean_plate;
+mod hidden_texture;
 mod mirroring;
 mod range;
 mod small_lights;
@@ -250,22 +251,23 @@ fn light_may_leave_at_black_edges() {
 
 #[test]
 fn tiles_with_a_margin_equal_the_whole() {
-    let pass: Vec<f32> = (0..WIDTH * HEIGHT)
-        .map(|k| {
-            if ((k % WIDTH) / 9).is_multiple_of(2) {
-                0.7
-            } else {
-                0.42
-            }
-        })
+    // Blur and local means reach no farther than 26 px, continued texture 70. The tile has 3 columns and a margin of 80.
+    const WHOLE: usize = 128;
+    const MARGIN: usize = 80;
+    let (left, width) = (WHOLE - 3 - MARGIN, 3 + MARGIN);
+    let near = |k: usize| (k % WHOLE / 9).is_multiple_of(2);
+    let pixels = || 0..WHOLE * HEIGHT;
+    let pass: Vec<f32> = pixels().map(|k| if near(k) { 0.7 } else { 0.42 }).collect();
+    let light: Vec<f32> = pixels()
+        .map(|k| ((k * 7919) % 101) as f32 / 100.0)
         .collect();
-    let light = textured();
-    let whole = scene(&EVEN, VergencePass::PerPixel(&pass));
+    let whole = Scene {
+        width: WHOLE,
+        ..scene(&EVEN, VergencePass::PerPixel(&pass))
+    };
     let want = render(Occlusion::default(), &whole, &[plane(&light, RED)]).remove(0);
-    // Nothing reaches farther than 26 px. The tile has 3 columns and a margin of 35.
-    let (left, width) = (26, 38);
     let cut = |samples: &[f32]| -> Vec<f32> {
-        let rows = samples.chunks_exact(WIDTH);
+        let rows = samples.chunks_exact(WHOLE);
         rows.flat_map(|row| row[left..].to_vec()).collect()
     };
     let (tile_pass, tile_light) = (cut(&pass), cut(&light));
@@ -279,8 +281,8 @@ fn tiles_with_a_margin_equal_the_whole() {
         ..whole
     };
     let got = render(Occlusion::default(), &tile, &[plane(&tile_light, RED)]).remove(0);
-    for (got, want) in got.chunks_exact(width).zip(want.chunks_exact(WIDTH)) {
-        assert!(largest_difference(&got[35..], &want[61..]) < 1e-6);
+    for (got, want) in got.chunks_exact(width).zip(want.chunks_exact(WHOLE)) {
+        assert!(largest_difference(&got[MARGIN..], &want[WHOLE - 3..]) < 1e-6);
     }
 }
 
