@@ -181,10 +181,9 @@ impl VisibleTexture<'_> {
         const BLOCKS: usize = TILE_PX / BLOCK_PX;
         while let Some(farthest) = pixels.iter().map(|pixel| pixel.coordinate).reduce(f32::min) {
             local.mark_known(farthest - JUMP, farthest + 2.0 * JUMP);
-            let is_of_surface = |pixel: &HiddenPixel| pixel.coordinate <= farthest + JUMP;
-            let (of_surface, others): (Vec<_>, Vec<_>) =
-                pixels.into_iter().partition(is_of_surface);
-            pixels = others;
+            let is_nearer = |pixel: &HiddenPixel| pixel.coordinate > farthest + JUMP;
+            let (nearer, of_surface): (Vec<_>, Vec<_>) = pixels.into_iter().partition(is_nearer);
+            pixels = nearer;
             let mut blocks: Vec<Vec<HiddenPixel>> = Vec::new();
             blocks.resize_with(BLOCKS * BLOCKS, Vec::new);
             for pixel in of_surface {
