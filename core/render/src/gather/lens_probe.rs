@@ -42,11 +42,6 @@ pub(super) const PROBES: [(f64, f64); 13] = [
     (0.3, 0.85),
 ];
 
-/// Ratio of the widest to the narrowest blur at the probes from which a place of sharper blur is searched between them, and steps of
-/// its grid along x and y: a tilted lens is sharp along a line that may miss all probes.
-const UNEVEN: f64 = 4.0;
-const GRID_STEPS: usize = 12;
-
 /// First tile side of the search, plate px.
 const FIRST_TILE: f64 = 64.0;
 
@@ -175,39 +170,19 @@ impl LensProbe<'_> {
         let nodes_along = short.max(size.width.max(size.height) / STRIP);
         let widest = MAX_TILE.min(nodes_along / 3).max(1);
         let widest = widest as f64;
-        let side_at = |place: &(f64, f64), first: f64| {
-            let at = on_plate(*place, size);
+        let side_at = |probe: &(f64, f64), first: f64| {
+            let at = (probe.0 * size.width as f64, probe.1 * size.height as f64);
             let found = self.side_at(at, size, first, widest)?;
-            Ok((*place, self.wider_than_plate(at, size, found)))
+            Ok(self.wider_than_plate(at, size, found))
         };
-        let first = side_at(&PROBES[0], widest.min(FIRST_TILE))?;
-        let rest: Vec<(f64, f64)> = (PROBES[1..].iter().copied())
-            .chain(self.sharper_place(size))
-            .collect();
+        let (first, rest) = (&PROBES[0], &PROBES[1..]);
+        let first = side_at(first, widest.min(FIRST_TILE))?;
         let mut probed = rest
             .par_iter()
-            .map(|place| side_at(place, (first.1.side as f64).max(1.0)))
+            .map(|probe| side_at(probe, (first.side as f64).max(1.0)))
             .collect::<Result<Vec<_>>>()?;
         probed.insert(0, first);
         Ok(ProbedSides { size, probed })
-    }
-
-    /// Returns the place of a grid where the blur is narrowest, if the blur at the probes is uneven and wider than there.
-    fn sharper_place(&self, size: Size) -> Option<(f64, f64)> {
-        let sigma = |place: (f64, f64)| self.min_sigma(on_plate(place, size));
-        let at_probes: Vec<f64> = PROBES.par_iter().map(|probe| sigma(*probe)).collect();
-        let least = at_probes.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = at_probes.iter().copied().fold(0.0, f64::max);
-        if largest < UNEVEN * least {
-            return None;
-        }
-        let share = |k: usize| k as f64 / GRID_STEPS as f64;
-        let side = GRID_STEPS + 1;
-        let places = (0..side * side).into_par_iter();
-        let places = places.map(|k| (share(k % side), share(k / side)));
-        let found = places.map(|place| (sigma(place), place));
-        let (narrowest, place) = found.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
-        (narrowest < least).then_some(place)
     }
 
     /// Searches the largest tile side around `at`, from `first` and up to `widest`, plate px, at the coarsest level
@@ -306,11 +281,6 @@ impl LensProbe<'_> {
     }
 }
 
-/// Returns a place, in shares of a plate of `size`, in px.
-fn on_plate((x, y): (f64, f64), size: Size) -> (f64, f64) {
-    (x * size.width as f64, y * size.height as f64)
-}
-
 /// Returns the coordinate nearest to `at` that lies `room` px from both borders of a plate; the middle of one without such room.
 fn inside(at: f64, size: usize, room: f64) -> f64 {
     let size = size as f64;
@@ -321,10 +291,10 @@ fn inside(at: f64, size: usize, room: f64) -> f64 {
     }
 }
 
-/// The largest tile side at each of [`PROBES`] on a plate, and at the place of the sharpest blur, in shares of the plate.
+/// The largest tile side at each of [`PROBES`] on a plate.
 pub(super) struct ProbedSides {
     size: Size,
-    probed: Vec<((f64, f64), ProbedSide)>,
+    probed: Vec<ProbedSide>,
 }
 
 /// Distance of probes that count for a window, as a share of the plate: none of it lies farther from all of them.
@@ -337,11 +307,11 @@ impl ProbedSides {
             let (at, room) = (share * size as f64, NEAR * size as f64);
             at >= start as f64 - room && at <= (start + length) as f64 + room
         };
-        let probes = self.probed.iter().filter(|((x, y), _)| {
+        let probes = PROBES.iter().zip(&self.probed).filter(|((x, y), _)| {
             near(*x, self.size.width, window.column, window.width)
                 && near(*y, self.size.height, window.row, window.height)
         });
-        let probed: Vec<&ProbedSide> = probes.map(|(_, side)| side).collect();
+        let probed: Vec<&ProbedSide> = probes.map(|(_, probed)| probed).collect();
         let coarsest = probed.iter().map(|probe| probe.level).max().unwrap_or(0);
         let sides = (0..=coarsest).map(|level| {
             let there = probed.iter().filter(|probe| probe.level >= level);
