@@ -28,6 +28,18 @@ const GROW: f64 = 1.6;
 /// Longest step of a fine spacing, as a share of the vergence, and the vergence below which it is constant.
 const FINE_STEP_SHARE: f64 = 0.08;
 const FINE_LEAST_PER_M: f64 = 0.05;
+/// The places of the frame at which the lens is probed, as shares of its width and height.
+const PROBES: [(f64, f64); 7] = [
+    (0.5, 0.5),
+    (0.0, 0.0),
+    (1.0, 0.0),
+    (0.0, 1.0),
+    (1.0, 1.0),
+    (1.0, 0.5),
+    (0.5, 1.0),
+];
+/// Those in corners opposite each other.
+const OPPOSITE_CORNERS: [[usize; 2]; 2] = [[1, 4], [2, 3]];
 /// Vergence of the nearest layer, 1/m: anything nearer than 1 mm lies on it.
 const NEAREST_PER_M: f64 = 1024.0;
 
@@ -166,15 +178,32 @@ impl Kernels {
 
     /// Returns whether kernels change by more than a `share` of one step from `low` through these to `high`.
     fn differ_too_much(&self, low: &Self, high: &Self, share: f64) -> bool {
+        let is_tilted = Self::move_apart(low, high);
         let triples = self.0.iter().zip(&low.0).zip(&high.0);
         triples.into_iter().any(|((middle, low), high)| {
             // Twice the larger half, so that a minimum in the middle is noticed.
             let step = |k: usize| {
                 2.0 * (middle[k] - low[k]).abs().max((middle[k] - high[k]).abs()) / share
             };
-            let sizes = (0..2).any(|k| step(k) > largest_step(middle[k].min(low[k]).min(high[k])));
+            let sizes = (0..2).any(|k| {
+                let least = middle[k].min(low[k]).min(high[k]);
+                step(k) > largest_step(if is_tilted { 0.0 } else { least })
+            });
             sizes || (2..4).any(|k| step(k) > STEP_SHIFT_PX)
         })
+    }
+
+    /// Returns whether blur grows in one corner of the frame and shrinks in the opposite one from `low` to `high`: the plane of
+    /// focus is tilted then, and the picture is sharp somewhere between them.
+    fn move_apart(low: &Self, high: &Self) -> bool {
+        let channels = low.0.len() / PROBES.len();
+        let growth = |probe: usize, channel: usize| {
+            let index = probe * channels + channel;
+            high.0[index][0] - low.0[index][0]
+        };
+        OPPOSITE_CORNERS
+            .iter()
+            .any(|[a, b]| (0..channels).any(|c| growth(*a, c) * growth(*b, c) < 0.0))
     }
 }
 
@@ -195,16 +224,7 @@ impl<'a> Probes<'a> {
     fn new(scene: &'a Scene<'a>) -> Self {
         let frame = scene.lens.frame();
         let (w, h) = (f64::from(frame.width_px()), f64::from(frame.height_px()));
-        let shares = [
-            (0.5, 0.5),
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (0.0, 1.0),
-            (1.0, 1.0),
-            (1.0, 0.5),
-            (0.5, 1.0),
-        ];
-        let fields = shares
+        let fields = PROBES
             .iter()
             .map(|(x, y)| frame.field_point(ImagePoint::new(x * w, y * h)))
             .collect();
