@@ -75,7 +75,8 @@ impl Programs {
     ) -> Result<(), String> {
         let mut command = Command::new(cargo());
         command.current_dir(&self.root).env(variable, value);
-        command.args(["test", "-p", "seidel-tests", "--test", "seidel", "--"]);
+        // As the tests of the workspace are built, so that nothing is built twice.
+        command.args(["test", "--workspace", "--test", "seidel", "--"]);
         command.args([&format!("{module}::write_image"), "--ignored"]);
         finished(command)
     }
