@@ -14,12 +14,15 @@ from pathlib import Path
 
 import numpy as np
 import OpenEXR
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 BORDER = 24
 # Parts shown: column and row of the first pixel.
 SHOWN = {"lamps": (300, 80), "leaves": (150, 60), "grass": (150, 150), "hair": (270, 90), "street": (190, 70)}
 PART = 96
+ENLARGEMENT = 3
+COLUMNS = ("plate", "Cycles, open aperture", "Seidel", "3 x difference about grey")
+LINE_PX = 24
 # Light of a lamp behind the box.
 HIDDEN = {"lamps": np.s_[100:150, 265:300]}
 
@@ -90,10 +93,15 @@ def main():
         print(f"{name}: {decibels(result):.2f} dB, unblurred {decibels(plate):.2f} dB")
         views = [np.clip(view, 0, 1) ** (1 / 2.2) for view in (plate, truth, result)]
         views.append(np.clip(0.5 + 3 * (result - truth), 0, 1))
-        parts = [view[row:row + PART, column:column + PART].repeat(3, 0).repeat(3, 1) for view in views]
+        parts = [view[row:row + PART, column:column + PART].repeat(ENLARGEMENT, 0).repeat(ENLARGEMENT, 1) for view in views]
         rows.append(np.concatenate(parts, 1))
     if picture:
-        Image.fromarray((255 * np.concatenate(rows, 0) + 0.5).astype(np.uint8)).save(picture[0])
+        shown = np.concatenate(rows, 0)
+        labelled = Image.fromarray((255 * np.pad(shown, ((LINE_PX, 0), (0, 0), (0, 0))) + 0.5).astype(np.uint8))
+        for column, label in enumerate(COLUMNS):
+            place = (column * PART * ENLARGEMENT + 8, 3)
+            ImageDraw.Draw(labelled).text(place, label, (226, 230, 236), ImageFont.load_default(16))
+        labelled.save(picture[0])
 
 
 main()
