@@ -7,7 +7,7 @@ use seidel_optics::no_progress;
 use seidel_optics::profile::{FieldPattern, ProfileEffect, Verdict};
 
 /// Places per distance.
-const PLACES: usize = 20;
+const PLACES: usize = 24;
 
 /// Returns the planted lens with `effect`.
 fn with(effect: &'static dyn Effect, values: &[f64]) -> PupilChannel {
