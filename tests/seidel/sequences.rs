@@ -256,7 +256,7 @@ fn every_format_says_what_made_it() {
         );
         assert_eq!(outcome.stdout.matches("wrote").count(), 0, "{option}");
         assert!(
-            outcome.stderr.contains("by their names alone"),
+            outcome.stderr.contains("only their names were checked"),
             "{}",
             outcome.stderr
         );
