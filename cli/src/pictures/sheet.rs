@@ -107,8 +107,8 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
         let enlargement = magnification * grid.frame_scale(&lens.frame);
         let tiles = tiles_at(lens, vergence);
         let note = match tiles {
-            Some(None) => "  no tile",
-            Some(Some(at)) if !at.bare_sides(&lens.frame).is_empty() => "  red: no tile",
+            None if holds_tiles(lens) => "  no tile",
+            Some(at) if !at.bare_sides(&lens.frame).is_empty() => "  red: no tile",
             _ => "",
         };
         let caption = format!("{}  {}{note}", distance_name(*distance), panel.caption);
@@ -122,21 +122,24 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
             width: grid.width,
             height: grid.height,
         };
-        draw_frame(&mut canvas, area, lens, tiles.flatten());
+        draw_frame(&mut canvas, area, lens, tiles);
         add_light(&mut canvas, area, panel, &light);
         draw_scale(&mut canvas, area, enlargement);
     }
     Ok(canvas)
 }
 
-/// Returns the tiles that the fit had at a vergence, which a label rounds; `None` where the profile does not hold its tiles.
-fn tiles_at(lens: &LensProfile, vergence: f64) -> Option<Option<&TileCoverage>> {
-    let known = || lens.provenance.tiles.iter();
-    known().find(|at| at.vergence_per_m.is_some())?;
-    Some(known().find(|at| {
-        let own = at.vergence_per_m.unwrap_or(f64::NAN);
-        (own - vergence).abs() <= SAME_DISTANCE * own.max(SAME_DISTANCE)
-    }))
+/// Returns whether the profile holds the distances of the tiles of its fit.
+fn holds_tiles(lens: &LensProfile) -> bool {
+    let mut tiles = lens.provenance.tiles.iter();
+    tiles.any(|at| at.vergence_per_m.is_some())
+}
+
+/// Returns the tiles that the fit had at a vergence, which a label rounds.
+fn tiles_at(lens: &LensProfile, vergence: f64) -> Option<&TileCoverage> {
+    let is_there = |own: f64| (own - vergence).abs() <= SAME_DISTANCE * own.max(SAME_DISTANCE);
+    let mut tiles = lens.provenance.tiles.iter();
+    tiles.find(|at| at.vergence_per_m.is_some_and(is_there))
 }
 
 /// Returns the panels of a distance: R, G and B together if those are the channels, then each alone.

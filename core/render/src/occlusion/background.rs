@@ -1,7 +1,7 @@
 //! A given background: what a plate shows where its foreground is taken away.
 
 use super::depth_layers::DepthLayers;
-use super::disocclusion::ExtraSamples;
+use super::extra_samples::ExtraSamples;
 use super::farthest_nearby::FarthestNearby;
 use super::layered_plate::LayeredPlate;
 use crate::{Scene, VergencePass};

@@ -9,6 +9,7 @@
 use super::cell_pyramid::{self, CellLevel, JUMP};
 use super::depth_layers::DepthLayers;
 use super::edge_distance::EdgeDistance;
+use super::extra_samples::{ExtraSamples, SPARE_PX};
 use super::hidden_texture::VisibleTexture;
 use super::layered_plate::LayeredPlate;
 use crate::Scene;
@@ -40,18 +41,6 @@ const MIN_WEIGHT: f32 = 1e-3;
 /// Returns the position of a plate's first pixel on the frame's grid of cells.
 pub(super) fn grid_origin(scene: &Scene) -> [usize; 2] {
     scene.place_in_cell(LARGEST_CELL_PX)
-}
-
-/// Samples of one row in addition to the plate's: hidden ones, or corrections of mixed pixels.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct ExtraSamples {
-    /// Plate columns, ascending.
-    pub(super) columns: Vec<u32>,
-    /// Presence of each sample; negative where it is taken away.
-    pub(super) weights: Vec<f32>,
-    pub(super) coordinates: Vec<f32>,
-    /// Samples of each, one per plane, multiplied by presence.
-    pub(super) samples: Vec<f32>,
 }
 
 /// Estimates the hidden samples of all rows; `None` once `goes_on` returns false.
@@ -104,15 +93,12 @@ pub(super) fn hidden_samples(
     let texture = VisibleTexture {
         input,
         layers,
-        edges: &edges,
+        distance: &edges.distance,
         band: &band,
     };
     texture.continue_behind(&mut rows);
     goes_on().then_some(rows)
 }
-
-/// Margin added to the reach of the blur, px.
-pub(super) const SPARE_PX: f32 = 2.0;
 
 /// The grids of cells, which share the finest ones.
 struct CellGrids {
@@ -165,8 +151,8 @@ impl SizedLevel {
 }
 
 /// The edges of a plate, and how far blur reaches across them.
-pub(super) struct NearbyEdges {
-    pub(super) distance: EdgeDistance,
+struct NearbyEdges {
+    distance: EdgeDistance,
     /// Largest kernel size on the plate, px.
     largest_size: f32,
 }

@@ -3,7 +3,7 @@
 //! A pixel between two layers belongs to both, with weights linear in vergence, so that slanted surfaces show no bands.
 
 use super::depth_layers::DepthLayers;
-use super::disocclusion::ExtraSamples;
+use super::extra_samples::ExtraSamples;
 use crate::scatter::kernel_reach;
 use crate::{Plane, RenderWindow, Scene};
 use rayon::prelude::*;

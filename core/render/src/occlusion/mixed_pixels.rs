@@ -18,7 +18,7 @@
 use super::background::Background;
 use super::cell_pyramid::JUMP;
 use super::depth_layers::DepthLayers;
-use super::disocclusion::ExtraSamples;
+use super::extra_samples::ExtraSamples;
 use super::layered_plate::LayeredPlate;
 use crate::Plane;
 use rayon::prelude::*;

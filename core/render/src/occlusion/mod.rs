@@ -15,6 +15,7 @@ mod depth_edges;
 mod depth_layers;
 mod disocclusion;
 mod edge_distance;
+mod extra_samples;
 mod farthest_nearby;
 mod hidden_texture;
 mod layer_samples;
@@ -36,7 +37,7 @@ use crate::{
     Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass, cancelled,
 };
 use composite::{Outline, SharpMattes};
-use disocclusion::ExtraSamples;
+use extra_samples::ExtraSamples;
 use layer_samples::LayerSource;
 use layer_stack::{LayerBlur, LayerStack};
 use layered_plate::LayeredPlate;

@@ -139,6 +139,7 @@ impl Change<'_> {
             values[SLANT] = VergenceSeries::constant(1.0 / self.half_width_px);
         }
         for (own, share) in values.iter_mut().zip([x, y]) {
+            // The sum is twice the mean.
             *own = own.towards(&defocus.scaled(share), 0.5).scaled(2.0);
         }
     }

@@ -13,7 +13,8 @@ mod offset_search;
 
 use super::cell_pyramid::{self, JUMP};
 use super::depth_layers::DepthLayers;
-use super::disocclusion::{ExtraSamples, NearbyEdges, SPARE_PX};
+use super::edge_distance::EdgeDistance;
+use super::extra_samples::{ExtraSamples, SPARE_PX};
 use super::layered_plate::LayeredPlate;
 use offset_search::{BlockOffsets, OffsetSearch, window_weights};
 use rayon::prelude::*;
@@ -40,11 +41,11 @@ const TRANSITION_PX: f32 = 1.0;
 /// One over the least share of the weights of offsets that lead to visible pixels.
 const FULL_VISIBILITY: f32 = 10.0;
 
-/// The plate whose texture is continued, its depth and its edges.
+/// The plate whose texture is continued, its depth and the distances from its edges.
 pub(super) struct VisibleTexture<'a> {
     pub(super) input: &'a LayeredPlate<'a>,
     pub(super) layers: &'a DepthLayers,
-    pub(super) edges: &'a NearbyEdges,
+    pub(super) distance: &'a EdgeDistance,
     /// Weights of pixels as the far sides of jumps.
     pub(super) band: &'a [f32],
 }
@@ -122,7 +123,7 @@ impl VisibleTexture<'_> {
                 let index = (tiles.first + row) * self.input.width + column;
                 let coordinate = samples.coordinates[sample];
                 let size = self.layers.size(coordinate);
-                let distance_px = self.edges.distance.px(index);
+                let distance_px = self.distance.px(index);
                 let reach = self.layers.size(self.input.coordinates[index]) + size + SPARE_PX;
                 let sharp = (2.0 - size / SHARP_PX).clamp(0.0, 1.0);
                 let apart = ((distance_px - FIRST_PX) / TRANSITION_PX).clamp(0.0, 1.0);
