@@ -14,6 +14,7 @@ use super::hidden_texture::VisibleTexture;
 use super::layered_plate::LayeredPlate;
 use crate::Scene;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Largest number of levels of the cell pyramid.
 const MAX_LEVELS: u32 = 8;
@@ -38,6 +39,12 @@ const FULL_PRESENCE: f32 = 4.0;
 /// Least weight of a hidden sample.
 const MIN_WEIGHT: f32 = 1e-3;
 
+/// Side of the blocks on the frame's grid whose pixels share an estimate, px, beyond this distance from edges, and within this range of
+/// layer coordinates.
+const BLOCK_PX: usize = 2;
+const SHARED_FROM_PX: f32 = 6.0;
+const SAME_SURFACE: f32 = 0.25;
+
 /// Returns the position of a plate's first pixel on the frame's grid of cells.
 pub(super) fn grid_origin(scene: &Scene) -> [usize; 2] {
     scene.place_in_cell(LARGEST_CELL_PX)
@@ -61,6 +68,7 @@ pub(super) fn hidden_samples(
     let band = cell_pyramid::band(input);
     let origins = GRID_SHIFTS_PX
         .map(|shift| [0, 1].map(|axis| (input.origin[axis] + shift[axis]) % LARGEST_CELL_PX));
+    let planes = input.planes.len();
     let build_grids = || {
         let finest = cell_pyramid::finest(input, origins[0], &band);
         let grid = |origin: [usize; 2]| CellGrid {
@@ -68,12 +76,12 @@ pub(super) fn hidden_samples(
             coarser: cell_pyramid::coarser(input, origin, &finest, levels)
                 .into_iter()
                 .zip(2..)
-                .map(|(cells, level)| SizedLevel::new(cells, level, layers))
+                .map(|(cells, level)| SizedLevel::new(cells, level, planes, layers))
                 .collect(),
         };
         let grids: Vec<CellGrid> = origins.into_par_iter().map(grid).collect();
         CellGrids {
-            finest: SizedLevel::new(finest, 1, layers),
+            finest: SizedLevel::new(finest, 1, planes, layers),
             grids,
         }
     };
@@ -83,13 +91,24 @@ pub(super) fn hidden_samples(
         distance,
         largest_size: largest,
     };
-    let rows: Option<Vec<_>> = (0..input.height)
+    let search = HiddenSearch {
+        input,
+        layers,
+        cells: &cells,
+        edges: &edges,
+    };
+    let first = input.origin[1] % BLOCK_PX;
+    let rows: Option<Vec<_>> = (0..(first + input.height).div_ceil(BLOCK_PX))
         .into_par_iter()
         // Edges may lie in few rows.
-        .with_max_len(8)
-        .map(|row| goes_on().then(|| hidden_row(input, layers, &cells, &edges, row)))
+        .with_max_len(4)
+        .map(|block| {
+            let start = (block * BLOCK_PX).saturating_sub(first);
+            let end = ((block + 1) * BLOCK_PX - first).min(input.height);
+            goes_on().then(|| search.rows(start..end))
+        })
         .collect();
-    let mut rows = rows?;
+    let mut rows: Vec<ExtraSamples> = rows?.into_iter().flatten().collect();
     let texture = VisibleTexture {
         input,
         layers,
@@ -120,6 +139,16 @@ struct SizedLevel {
     side: f32,
     cells: CellLevel,
     surfaces: Vec<CellSurface>,
+    /// What an estimate sums, cell by cell: coordinate and samples, then zeros.
+    records: Vec<Lanes>,
+}
+
+/// Numbers that are summed side by side.
+type Lanes = [f32; 4];
+
+/// Returns the number of [`Lanes`] of a coordinate and the samples of `planes`.
+fn lanes(planes: usize) -> usize {
+    (1 + planes).div_ceil(size_of::<Lanes>() / size_of::<f32>())
 }
 
 /// The farthest surface of a cell.
@@ -133,7 +162,7 @@ struct CellSurface {
 }
 
 impl SizedLevel {
-    fn new(cells: CellLevel, level: u32, layers: &DepthLayers) -> Self {
+    fn new(cells: CellLevel, level: u32, planes: usize, layers: &DepthLayers) -> Self {
         let side = (1 << level) as f32;
         let all = cells.weight.par_iter().zip(&cells.coordinate);
         let surface = |(weight, coordinate): (&f32, &f32)| CellSurface {
@@ -141,10 +170,25 @@ impl SizedLevel {
             size: layers.size(*coordinate),
             known: (weight / side).min(1.0),
         };
+        let surfaces = all.map(surface).collect();
+        let mut records = vec![Lanes::default(); lanes(planes) * cells.coordinate.len()];
+        let numbers = records.as_flattened_mut();
+        let of_cells = numbers.par_chunks_mut(numbers.len() / cells.coordinate.len());
+        let read = cells
+            .coordinate
+            .par_iter()
+            .zip(cells.samples.par_chunks(planes));
+        of_cells
+            .zip(read)
+            .for_each(|(record, (coordinate, samples))| {
+                record[0] = *coordinate;
+                record[1..=planes].copy_from_slice(samples);
+            });
         Self {
             level,
             side,
-            surfaces: all.map(surface).collect(),
+            surfaces,
+            records,
             cells,
         }
     }
@@ -157,56 +201,105 @@ struct NearbyEdges {
     largest_size: f32,
 }
 
-fn hidden_row(
-    input: &LayeredPlate,
-    layers: &DepthLayers,
-    cells: &CellGrids,
-    edges: &NearbyEdges,
-    row: usize,
-) -> ExtraSamples {
-    let mut out = ExtraSamples::default();
-    let [mut estimate, mut of_grid] = [0; 2].map(|_| HiddenEstimate {
-        samples: vec![0.0; input.planes.len()],
-        ..HiddenEstimate::default()
-    });
-    let grids = &cells.grids;
-    let lines: Vec<(usize, Vec<CellRows>)> = grids
-        .iter()
-        .map(|grid| {
-            let levels = std::iter::once(&cells.finest).chain(&grid.coarser);
-            let rows = levels.map(|level| CellRows::new(level, grid.origin, row));
-            (grid.origin[0], rows.collect())
-        })
-        .collect();
-    for column in 0..input.width {
-        let index = row * input.width + column;
-        let coordinate = input.coordinates[index];
-        let (own, distance_px) = (layers.size(coordinate), edges.distance.px(index));
-        if share_uncovered(distance_px, own + edges.largest_size + SPARE_PX) == 0.0 {
-            continue;
+/// The search for the hidden samples of a plate.
+struct HiddenSearch<'a> {
+    input: &'a LayeredPlate<'a>,
+    layers: &'a DepthLayers,
+    cells: &'a CellGrids,
+    edges: &'a NearbyEdges,
+}
+
+impl HiddenSearch<'_> {
+    /// Returns the hidden samples of the `rows` of one block.
+    fn rows(&self, rows: Range<usize>) -> Vec<ExtraSamples> {
+        let (width, first) = (self.input.width, self.input.origin[0] % BLOCK_PX);
+        let mut estimate = HiddenEstimates::of_planes(self.input.planes.len());
+        let lines: Vec<CellLines> = (rows.clone())
+            .map(|row| CellLines::new(self.cells, row as f32 + 0.5))
+            .collect();
+        let middle = rows.start as f32 + 0.5 * BLOCK_PX as f32;
+        let of_block = (rows.len() == BLOCK_PX).then(|| CellLines::new(self.cells, middle));
+        let mut out = vec![ExtraSamples::default(); rows.len()];
+        for block in 0..(first + width).div_ceil(BLOCK_PX) {
+            let start = (block * BLOCK_PX).saturating_sub(first);
+            let columns = start..((block + 1) * BLOCK_PX - first).min(width);
+            let shared = of_block.as_ref().filter(|_| columns.len() == BLOCK_PX);
+            let near = shared.and_then(|_| self.common_surface(&rows, &columns));
+            if let (Some(lines), Some(near)) = (shared, &near) {
+                estimate.find(lines, columns.start as f32 + 0.5 * BLOCK_PX as f32, near);
+            }
+            for (row, (lines, out)) in rows.clone().zip(lines.iter().zip(&mut out)) {
+                for column in columns.clone() {
+                    let own = self.pixel(row * width + column);
+                    if !self.may_uncover(&own) {
+                        continue;
+                    }
+                    if near.is_none() {
+                        estimate.find(lines, column as f32 + 0.5, &own);
+                    }
+                    self.add(column, &own, &estimate.mean, out);
+                }
+            }
         }
-        estimate.clear();
-        for (first, lines) in &lines {
-            of_grid.estimate(lines, own, column + first, coordinate);
-            estimate.add_share(&of_grid, 1.0 / grids.len() as f32);
+        out
+    }
+
+    fn pixel(&self, index: usize) -> Nearer {
+        let coordinate = self.input.coordinates[index];
+        Nearer {
+            coordinate,
+            size: self.layers.size(coordinate),
+            distance_px: self.edges.distance.px(index),
         }
+    }
+
+    /// Whether blur may uncover a sample behind a pixel.
+    fn may_uncover(&self, pixel: &Nearer) -> bool {
+        let reach = pixel.size + self.edges.largest_size + SPARE_PX;
+        share_uncovered(pixel.distance_px, reach) > 0.0
+    }
+
+    /// Returns the mean of a block of pixels that share an estimate: those of one surface away from edges, where estimates change slowly.
+    fn common_surface(&self, rows: &Range<usize>, columns: &Range<usize>) -> Option<Nearer> {
+        let mut mean = Nearer {
+            coordinate: 0.0,
+            size: 0.0,
+            distance_px: f32::INFINITY,
+        };
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        for row in rows.clone() {
+            for column in columns.clone() {
+                let pixel = self.pixel(row * self.input.width + column);
+                mean.coordinate += pixel.coordinate;
+                mean.size += pixel.size;
+                mean.distance_px = mean.distance_px.min(pixel.distance_px);
+                (least, most) = (least.min(pixel.coordinate), most.max(pixel.coordinate));
+            }
+        }
+        let count = (BLOCK_PX * BLOCK_PX) as f32;
+        (mean.coordinate, mean.size) = (mean.coordinate / count, mean.size / count);
+        (mean.distance_px > SHARED_FROM_PX && most - least < SAME_SURFACE).then_some(mean)
+    }
+
+    /// Adds the sample of an `estimate` behind the pixel in a `column`, where there is one.
+    fn add(&self, column: usize, own: &Nearer, estimate: &HiddenEstimate, out: &mut ExtraSamples) {
         if estimate.weight <= MIN_WEIGHT {
-            continue;
+            return;
         }
-        let behind = estimate.coordinate / estimate.weight;
-        let reach = own + layers.size(behind) + SPARE_PX;
+        let behind = estimate.coordinate() / estimate.weight;
+        let reach = own.size + self.layers.size(behind) + SPARE_PX;
         let presence =
-            (FULL_PRESENCE * estimate.weight).min(1.0) * share_uncovered(distance_px, reach);
+            (FULL_PRESENCE * estimate.weight).min(1.0) * share_uncovered(own.distance_px, reach);
         if presence > MIN_WEIGHT {
             out.columns.push(column as u32);
             out.weights.push(presence);
             out.coordinates.push(behind);
             let gain = presence / estimate.weight;
+            let samples = estimate.samples(self.input.planes.len());
             out.samples
-                .extend(estimate.samples.iter().map(|sample| gain * sample));
+                .extend(samples.iter().map(|sample| gain * sample));
         }
     }
-    out
 }
 
 /// Returns the presence of hidden samples at a distance from the nearest edge, where blur `reach`es across it: none beyond one and a half
@@ -216,6 +309,29 @@ fn hidden_row(
 /// near the edge.
 fn share_uncovered(distance_px: f32, reach: f32) -> f32 {
     (3.0 - 2.0 * distance_px / reach).clamp(0.0, 1.0)
+}
+
+/// The cells of all sizes and grids around a row of pixels, or between two.
+struct CellLines<'a> {
+    /// The finest ones, and the place of the plate's first column on their grid.
+    finest: (usize, CellRows<'a>),
+    coarser: Vec<(usize, Vec<CellRows<'a>>)>,
+}
+
+impl<'a> CellLines<'a> {
+    /// The cells around the height `y`, px from the top of the plate.
+    fn new(cells: &'a CellGrids, y: f32) -> Self {
+        let coarser = cells.grids.iter().map(|grid| {
+            let levels = grid.coarser.iter();
+            let rows = levels.map(|level| CellRows::new(level, grid.origin, y));
+            (grid.origin[0], rows.collect())
+        });
+        let origin = cells.grids[0].origin;
+        Self {
+            finest: (origin[0], CellRows::new(&cells.finest, origin, y)),
+            coarser: coarser.collect(),
+        }
+    }
 }
 
 /// The two rows of cells of one level around a row of pixels.
@@ -230,11 +346,11 @@ struct CellRows<'a> {
 }
 
 impl<'a> CellRows<'a> {
-    /// The rows of cells around row `y` of a plate whose first pixel has the position `origin` on the frame's grid.
-    fn new(level: &'a SizedLevel, origin: [usize; 2], y: usize) -> Self {
+    /// The rows of cells around the height `y` of a plate whose first pixel has the position `origin` on the frame's grid.
+    fn new(level: &'a SizedLevel, origin: [usize; 2], y: f32) -> Self {
         let cells = &level.cells;
         let first = origin.map(|at| at >> level.level);
-        let at = ((y + origin[1]) as f32 + 0.5) / level.side - 0.5;
+        let at = (y + origin[1] as f32) / level.side - 0.5;
         let row = at.floor();
         let share = at - row;
         let found = |dy: i64, share: f32| {
@@ -261,86 +377,135 @@ impl<'a> CellRows<'a> {
     }
 }
 
+/// Estimates of a hidden sample on all grids.
+struct HiddenEstimates {
+    mean: HiddenEstimate,
+    of_finest: HiddenEstimate,
+    of_grid: HiddenEstimate,
+}
+
+impl HiddenEstimates {
+    fn of_planes(planes: usize) -> Self {
+        let [mean, of_finest, of_grid] = [0; 3].map(|_| HiddenEstimate::of_planes(planes));
+        Self {
+            mean,
+            of_finest,
+            of_grid,
+        }
+    }
+
+    /// Estimates what lies behind a place of the plate `x` px from its left border.
+    fn find(&mut self, lines: &CellLines, x: f32, near: &Nearer) {
+        self.mean.clear();
+        self.of_finest.clear();
+        let (first, finest) = &lines.finest;
+        self.of_finest.add_line(finest, x + *first as f32, near);
+        for (first, lines_of_grid) in &lines.coarser {
+            self.of_grid.copy_from(&self.of_finest);
+            for line in lines_of_grid {
+                self.of_grid.add_line(line, x + *first as f32, near);
+            }
+            self.mean
+                .add_share(&self.of_grid, 1.0 / lines.coarser.len() as f32);
+        }
+    }
+}
+
+/// A pixel of a near surface.
+struct Nearer {
+    coordinate: f32,
+    /// Kernel size, px.
+    size: f32,
+    /// Distance from the nearest edge.
+    distance_px: f32,
+}
+
 /// The estimate of a hidden sample, accumulated from fine cells to coarse ones.
-#[derive(Default)]
 struct HiddenEstimate {
     weight: f32,
-    /// Multiplied by the weight, as the samples are.
-    coordinate: f32,
-    samples: Vec<f32>,
+    /// Coordinate and samples, as [`SizedLevel::records`], multiplied by the weight.
+    sums: Vec<Lanes>,
 }
 
 impl HiddenEstimate {
+    fn of_planes(planes: usize) -> Self {
+        Self {
+            weight: 0.0,
+            sums: vec![Lanes::default(); lanes(planes)],
+        }
+    }
+
+    fn coordinate(&self) -> f32 {
+        self.sums.as_flattened()[0]
+    }
+
+    fn samples(&self, planes: usize) -> &[f32] {
+        &self.sums.as_flattened()[1..=planes]
+    }
+
     fn clear(&mut self) {
-        (self.weight, self.coordinate) = (0.0, 0.0);
-        self.samples.fill(0.0);
+        self.weight = 0.0;
+        self.sums.fill(Lanes::default());
+    }
+
+    fn copy_from(&mut self, other: &Self) {
+        self.weight = other.weight;
+        self.sums.copy_from_slice(&other.sums);
     }
 
     /// Adds a `share` of another estimate.
     fn add_share(&mut self, other: &Self, share: f32) {
         self.weight += share * other.weight;
-        self.coordinate += share * other.coordinate;
-        for (sum, sample) in self.samples.iter_mut().zip(&other.samples) {
-            *sum += share * sample;
-        }
+        self.add_record(&other.sums, share);
     }
 
-    /// Estimates what lies behind the pixel in column `x` of the frame's grid with a layer `coordinate` and a kernel of `size`.
-    fn estimate(&mut self, lines: &[CellRows], size: f32, x: usize, coordinate: f32) {
-        self.clear();
-        for line in lines {
-            let left = 1.0 - self.weight;
-            if left < MIN_WEIGHT {
-                return;
-            }
-            let at = (x as f32 + 0.5) / line.level.side - 0.5;
-            // Rounds down: `at` is -0.5 or more.
-            let column = (at + 1.0) as i32 - 1;
-            if column + 1 < line.lit.0 || column >= line.lit.1 {
-                continue;
-            }
-            let share = at - column as f32;
-            for (first, across) in line.rows.iter().flatten() {
-                for (column, down) in [(column, 1.0 - share), (column + 1, share)] {
-                    if column < line.lit.0 || column >= line.lit.1 {
-                        continue;
-                    }
-                    let cell = first + column as usize - line.first_column;
-                    let share = left * across * down;
-                    self.add_cell(line.level, cell, share, coordinate, size);
+    /// Adds what cells of one size know of what lies behind the place `x` of their grid.
+    fn add_line(&mut self, line: &CellRows, x: f32, near: &Nearer) {
+        let left = 1.0 - self.weight;
+        // The four cells reach no farther than twice their side, by the measure of `EdgeDistance`, and hold pixels at edges alone.
+        if left < MIN_WEIGHT || near.distance_px > 2.0 * line.level.side {
+            return;
+        }
+        let at = x / line.level.side - 0.5;
+        // Rounds down: `at` is -0.5 or more.
+        let column = (at + 1.0) as i32 - 1;
+        if column + 1 < line.lit.0 || column >= line.lit.1 {
+            return;
+        }
+        let share = at - column as f32;
+        for (first, across) in line.rows.iter().flatten() {
+            for (column, down) in [(column, 1.0 - share), (column + 1, share)] {
+                if column < line.lit.0 || column >= line.lit.1 {
+                    continue;
                 }
+                let cell = first + column as usize - line.first_column;
+                let share = left * across * down;
+                self.add_cell(line.level, cell, share, near);
             }
         }
     }
 
-    /// Adds a cell with a weight of up to `share`, as far as it lies behind `coordinate` and within reach of a blur of
-    /// `size`.
-    fn add_cell(
-        &mut self,
-        level: &SizedLevel,
-        cell: usize,
-        share: f32,
-        coordinate: f32,
-        size: f32,
-    ) {
+    /// Adds a cell with a weight of up to `share`, as far as it lies behind the pixel and within reach of its blur.
+    fn add_cell(&mut self, level: &SizedLevel, cell: usize, share: f32, near: &Nearer) {
         let surface = &level.surfaces[cell];
-        let behind = (coordinate - surface.coordinate - JUMP / 2.0).clamp(0.0, 1.0);
+        let behind = (near.coordinate - surface.coordinate - JUMP / 2.0).clamp(0.0, 1.0);
         if surface.known == 0.0 || behind == 0.0 {
             return;
         }
         // Cells up to four thirds of the reach of the blur count in full, those from four times it on not at all.
-        let reach = size + surface.size + SPARE_PX;
-        let near = (2.0 * reach / level.side - 0.5).clamp(0.0, 1.0);
-        self.add(&level.cells, cell, share * behind * near * surface.known);
+        let reach = near.size + surface.size + SPARE_PX;
+        let within = (2.0 * reach / level.side - 0.5).clamp(0.0, 1.0);
+        let weight = share * behind * within * surface.known;
+        self.weight += weight;
+        let lanes = self.sums.len();
+        self.add_record(&level.records[cell * lanes..][..lanes], weight);
     }
 
-    fn add(&mut self, level: &CellLevel, cell: usize, weight: f32) {
-        self.weight += weight;
-        self.coordinate += weight * level.coordinate[cell];
-        let planes = self.samples.len();
-        let from = &level.samples[cell * planes..(cell + 1) * planes];
-        for (sum, sample) in self.samples.iter_mut().zip(from) {
-            *sum += weight * sample;
+    fn add_record(&mut self, record: &[Lanes], weight: f32) {
+        for (sums, numbers) in self.sums.iter_mut().zip(record) {
+            for (sum, number) in sums.iter_mut().zip(numbers) {
+                *sum += weight * number;
+            }
         }
     }
 }
