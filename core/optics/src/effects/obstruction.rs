@@ -1,6 +1,6 @@
 //! A central obstruction: the secondary mirror of a catadioptric lens.
 
-use super::{ControlRatios, Description, Effect, Parameter, ScenePoint, SearchStart};
+use super::{ControlRatios, Description, Effect, FitPart, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
 /// `obstruction`: an opaque disc in the middle of the pupil.
@@ -41,6 +41,14 @@ impl Effect for Obstruction {
             parameters: &PARAMETERS,
             // A lens is designed so.
             is_cause: false,
+            fit: FitPart {
+                used: 2,
+                shared: true,
+                // Many, so that lenses without one are known by a glance.
+                starts: || (1..8).map(|k| vec![0.1 * f64::from(k), 0.0]).collect(),
+                worth: 0.1,
+                ..FitPart::NONE
+            },
             ..Description::DEFAULT
         }
     }

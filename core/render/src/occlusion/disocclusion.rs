@@ -139,7 +139,7 @@ struct SizedLevel {
     side: f32,
     cells: CellLevel,
     surfaces: Vec<CellSurface>,
-    /// What an estimate sums, cell by cell: coordinate and samples, then zeros.
+    /// Coordinate and samples, then zeros, cell by cell: the numbers that an estimate sums.
     records: Vec<Lanes>,
 }
 

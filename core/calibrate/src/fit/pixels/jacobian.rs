@@ -8,6 +8,9 @@ pub(super) const STOP_PARAMETERS: usize = 3 * (MAX_STOPS - 1);
 /// Number of parameters that change the light through the pupil: those of the stops, and four of the transmission.
 pub(super) const LIGHT_PARAMETERS: usize = STOP_PARAMETERS + 4;
 
+/// Number of parameters of the obstruction: centre and radius.
+pub(super) const SHADOW_PARAMETERS: usize = 3;
+
 /// The pupils on both sides of a value of a parameter.
 pub(super) struct PupilChange {
     /// Index of the parameter.
@@ -28,6 +31,8 @@ pub(super) struct ParameterDerivative {
     /// Derivatives of centre (x, y) and radius of each stop other than the rim, then of the transmission: square, fourth,
     /// centre (x, y).
     pub(super) light: [f64; LIGHT_PARAMETERS],
+    /// Derivatives of centre (x, y) and radius of the obstruction.
+    pub(super) shadow: [f64; SHADOW_PARAMETERS],
     /// Derivative of the blur's variance, px².
     pub(super) blur: f64,
     /// Derivative of the centroid (x, y) from the chief ray, px.
@@ -42,11 +47,15 @@ impl ParameterDerivative {
         let slopes = here.mean_slopes(&wavefronts);
         for (derivative, slope) in all.iter_mut().zip(slopes) {
             // Where the light changes the centroid was compared itself.
-            if derivative.light == [0.0; LIGHT_PARAMETERS] {
+            if !derivative.changes_light() {
                 derivative.centroid = slope;
             }
         }
         all
+    }
+
+    fn changes_light(&self) -> bool {
+        self.light != [0.0; LIGHT_PARAMETERS] || self.shadow != [0.0; SHADOW_PARAMETERS]
     }
 
     fn between(here: &LocalPupil, change: &PupilChange) -> Self {
@@ -77,20 +86,32 @@ impl ParameterDerivative {
         for (k, rate) in light[STOP_PARAMETERS..].iter_mut().enumerate() {
             *rate = (to[k] - from[k]) / distance;
         }
-        let centroid = if light == [0.0; LIGHT_PARAMETERS] {
-            [0.0; 2]
-        } else {
-            let (from, to) = (low.centroid(), high.centroid());
-            [0, 1].map(|axis| (to[axis] - from[axis]) / distance)
-        };
-        Self {
-            centroid,
+        let mut derivative = Self {
+            centroid: [0.0; 2],
             slot,
             wavefront: Wavefront::from_coefficients(coefficients),
             light,
+            shadow: shadow_rates(low, high).map(|change| change / distance),
             blur: (high.blur_variance_px2 - low.blur_variance_px2) / distance,
+        };
+        if derivative.changes_light() {
+            let (from, to) = (low.centroid(), high.centroid());
+            derivative.centroid = [0, 1].map(|axis| (to[axis] - from[axis]) / distance);
         }
+        derivative
     }
+}
+
+/// Returns the change of the obstruction's centre (x, y) and radius; none where there is no obstruction on one side.
+fn shadow_rates(low: &LocalPupil, high: &LocalPupil) -> [f64; SHADOW_PARAMETERS] {
+    let (Some(a), Some(b)) = (low.obstruction(), high.obstruction()) else {
+        return [0.0; SHADOW_PARAMETERS];
+    };
+    [
+        b.centre[0] - a.centre[0],
+        b.centre[1] - a.centre[1],
+        b.radius - a.radius,
+    ]
 }
 
 fn transmission_numbers(transmission: &Transmission) -> [f64; 4] {

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::jacobian::{LIGHT_PARAMETERS, ParameterDerivative};
+use super::jacobian::{LIGHT_PARAMETERS, ParameterDerivative, SHADOW_PARAMETERS};
 use super::lens_equations::LensEquations;
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
@@ -22,6 +22,9 @@ const TILE_PARAMETERS: usize = 3;
 /// Largest number of steps, and largest shift from the measured centroid, px, of a registration.
 const REGISTRATION_STEPS: usize = 4;
 const MAX_SHIFT_PX: f64 = 0.5;
+
+/// Change of the obstruction by which PSFs are compared, pupil radii.
+const SHADOW_STEP: f64 = 5e-3;
 
 /// Data of one tile.
 #[derive(Debug, Clone)]
@@ -92,6 +95,7 @@ impl TileEquations {
 struct TangentBasis {
     waves: Vec<[f64; TERMS]>,
     light: Vec<[f64; LIGHT_PARAMETERS]>,
+    shadow: Vec<[f64; SHADOW_PARAMETERS]>,
 }
 
 impl TangentBasis {
@@ -99,15 +103,17 @@ impl TangentBasis {
         let mut directions = Self {
             waves: Vec::new(),
             light: Vec::new(),
+            shadow: Vec::new(),
         };
         for change in changes {
             extend(&mut directions.waves, *change.wavefront.coefficients());
             extend(&mut directions.light, change.light);
+            extend(&mut directions.shadow, change.shadow);
         }
         directions
     }
 
-    /// Returns the pupil derivatives to draw: tilts first, stops and transmission last.
+    /// Returns the pupil derivatives to draw: tilts first, stops and transmission last. Those of the obstruction are compared instead.
     fn tangents(&self) -> Vec<PupilDerivative> {
         let tilts = [Wavefront::tilt(1.0, 0.0), Wavefront::tilt(0.0, 1.0)];
         let waves = self.waves.iter().map(|c| Wavefront::from_coefficients(*c));
@@ -137,7 +143,7 @@ impl TangentBasis {
     }
 
     fn count(&self) -> usize {
-        self.waves.len() + self.light.len() + 1
+        self.waves.len() + self.light.len() + self.shadow.len() + 1
     }
 
     /// Returns the matrix of the chain rule: components of each parameter derivative in the flux, the centroid (x, y), the
@@ -152,16 +158,31 @@ impl TangentBasis {
                     // The centroid is a parameter of its own, so it stays.
                     return [0.0, -change.centroid[0], -change.centroid[1]][row];
                 };
-                if row < self.waves.len() {
+                let (waves, light) = (self.waves.len(), self.waves.len() + self.light.len());
+                if row < waves {
                     dot(change.wavefront.coefficients(), &self.waves[row])
+                } else if row < light {
+                    dot(&change.light, &self.light[row - waves])
                 } else if row + 1 < self.count() {
-                    dot(&change.light, &self.light[row - self.waves.len()])
+                    dot(&change.shadow, &self.shadow[row - light])
                 } else {
                     change.blur
                 }
             },
         )
     }
+}
+
+/// Returns `pupil` with its obstruction moved along a `direction`.
+fn moved_shadow(pupil: &LocalPupil, direction: &[f64; SHADOW_PARAMETERS], by: f64) -> LocalPupil {
+    let mut moved = pupil.clone();
+    if let Some(disc) = pupil.obstruction() {
+        moved.set_obstruction(Stop {
+            centre: [0, 1].map(|axis| disc.centre[axis] + by * direction[axis]),
+            radius: (disc.radius + by * direction[2]).max(0.0),
+        });
+    }
+    moved
 }
 
 /// Extends the orthonormal `basis` by `vector` (Gram-Schmidt).
@@ -220,6 +241,23 @@ impl Comparison {
     fn draw(&mut self, pupil: &LocalPupil, grid: &TileGrid, derivatives: &[PupilDerivative]) {
         let (detail, space) = (self.settings.detail, &mut self.space);
         draw(pupil, grid, derivatives, detail, space, &mut self.drawn);
+    }
+
+    /// Returns the derivative of each pixel's light along a change of the obstruction, by central differences: the mesh has no derivative
+    /// of its inner ring.
+    fn change_by_shadow(
+        &mut self,
+        pupil: &LocalPupil,
+        grid: &TileGrid,
+        direction: &[f64; SHADOW_PARAMETERS],
+    ) -> Vec<f64> {
+        let mut moved = |by: f64| {
+            self.draw(&moved_shadow(pupil, direction, by), grid, &[]);
+            self.drawn.light.clone()
+        };
+        let (low, high) = (moved(-SHADOW_STEP), moved(SHADOW_STEP));
+        let pairs = low.iter().zip(&high);
+        pairs.map(|(a, b)| (b - a) / (2.0 * SHADOW_STEP)).collect()
     }
 
     /// Applies the metric to the rows, of `depth` values for each pixel of a tile of `size`.
@@ -438,6 +476,10 @@ impl FitTile {
         let directions = TangentBasis::of(&changes);
         let tangents = directions.tangents();
         let grid = self.grid(&pupil, own.centroid);
+        let shadows = directions.shadow.iter();
+        let of_shadow: Vec<Vec<f64>> = shadows
+            .map(|direction| comparison.change_by_shadow(&pupil, &grid, direction))
+            .collect();
         comparison.draw(&pupil, &grid, &tangents);
         let Comparison { drawn, rows, .. } = &mut *comparison;
         // One row per pixel: residual, flux, centroid, basis directions, blur.
@@ -455,6 +497,9 @@ impl FitTile {
             let slopes = &drawn.derivatives[k * stride..][..tangents.len()];
             for (value, slope) in row[2..].iter_mut().zip(slopes) {
                 *value = slope * own.flux * unit;
+            }
+            for (value, slopes) in row[2 + tangents.len()..].iter_mut().zip(&of_shadow) {
+                *value = slopes[k] * own.flux * unit;
             }
             row[width - 1] = drawn.blur_derivative[k] * own.flux * unit;
         }

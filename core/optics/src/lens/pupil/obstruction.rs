@@ -25,6 +25,11 @@ impl LocalPupil {
         }
     }
 
+    /// Puts `disc` in the place of the opaque disc in the pupil.
+    pub fn set_obstruction(&mut self, disc: Stop) {
+        self.obstruction = Some(disc);
+    }
+
     /// Returns the opaque disc in the pupil.
     pub fn obstruction(&self) -> Option<Stop> {
         self.obstruction

@@ -156,6 +156,20 @@ fn an_uneven_pupil_and_its_centre_are_found() {
 }
 
 #[test]
+fn the_mirror_of_a_catadioptric_lens_is_found_and_its_place() {
+    let values = [0.42, 0.2];
+    let lens = with(&effects::Obstruction, &values);
+    let set = observed(&lens, FEW_PLACES, 0.0, &mut SplitMix64::new(12));
+    let fit = fitted(&set, PupilModel::Extended);
+    for (k, want) in values.into_iter().enumerate() {
+        let got = found(&fit, "obstruction", k).expect("a ring");
+        assert!((got - want).abs() < 0.02, "{k}: {got}");
+    }
+    assert_eq!(found(&fit, "apodisation", 0), None);
+    assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
+}
+
+#[test]
 fn one_stop_is_found_and_not_imitated_by_seventh_order() {
     let fit = fitted(
         &observe(&with(&effects::Vignetting, &[1.05, 0.35, 4.0, 0.0])),
@@ -192,7 +206,7 @@ fn a_symmetric_lens_gains_no_plane_or_decentre() {
     let set = observe(&planted(&mut SplitMix64::new(13)));
     let fit = fitted(&set, PupilModel::Extended);
     assert_eq!(verdict(&fit), Verdict::Describes);
-    for id in ["decentre", "double_plane", "aperture_polygon"] {
+    for id in ["decentre", "double_plane", "aperture_polygon", "obstruction"] {
         assert_eq!(found(&fit, id, 0), None, "{id}");
     }
 }
