@@ -10,7 +10,7 @@ pub(super) struct Size {
 }
 
 /// A rectangle of a level's pixels, which may lie beyond the plate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Rect {
     /// First column.
     pub(super) left: i32,
@@ -18,6 +18,28 @@ pub(super) struct Rect {
     pub(super) top: i32,
     pub(super) width: usize,
     pub(super) height: usize,
+}
+
+impl Rect {
+    /// Returns the rectangle that holds both; empty ones do not count.
+    pub(super) fn joined(self, other: Self) -> Self {
+        if self.width == 0 {
+            return other;
+        }
+        if other.width == 0 {
+            return self;
+        }
+        let (left, top) = (self.left.min(other.left), self.top.min(other.top));
+        let end = |start: i32, size: usize| start + size as i32;
+        let right = end(self.left, self.width).max(end(other.left, other.width));
+        let bottom = end(self.top, self.height).max(end(other.top, other.height));
+        Self {
+            left,
+            top,
+            width: (right - left) as usize,
+            height: (bottom - top) as usize,
+        }
+    }
 }
 
 /// Borrowed samples of a rectangle, row-major.

@@ -42,6 +42,12 @@ pub(super) const PROBES: [(f64, f64); 13] = [
     (0.3, 0.85),
 ];
 
+/// Steps along each side of a plate at which its blur is compared, and the ratio of the widest blur to the narrowest beyond which the
+/// plate has a line in focus. Narrower blur than this standard deviation, px, counts as sharp.
+const FOCUS_STEPS: usize = 16;
+const FOCUS_RATIO: f64 = 2.0;
+const SHARP_SIGMA: f64 = 0.5;
+
 /// First tile side of the search, plate px.
 const FIRST_TILE: f64 = 64.0;
 
@@ -114,6 +120,26 @@ impl LensProbe<'_> {
     pub(super) fn is_wider_than(&self, size: Size) -> bool {
         let centre = (0.5 * size.width as f64, 0.5 * size.height as f64);
         self.min_sigma(centre) >= size.width.min(size.height) as f64
+    }
+
+    /// Returns whether a plate of `size` is in focus along a line, as through a tilted lens: tiles beside it must be small.
+    pub(super) fn has_line_in_focus(&self, size: Size) -> bool {
+        if !self.model.needs_rays() {
+            return false;
+        }
+        let places = (0..=FOCUS_STEPS).flat_map(|y| (0..=FOCUS_STEPS).map(move |x| (x, y)));
+        let sigma = |(x, y): (usize, usize)| {
+            let share = |k: usize, size: usize| size as f64 * k as f64 / FOCUS_STEPS as f64;
+            self.min_sigma((share(x, size.width), share(y, size.height)))
+        };
+        let sigmas: Vec<f64> = places
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(sigma)
+            .collect();
+        let least = sigmas.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = sigmas.iter().copied().fold(0.0, f64::max);
+        most > FOCUS_RATIO * least.max(SHARP_SIGMA)
     }
 
     /// Returns how far light travels from its source on a plate of `size`, px: the largest reach on a grid, plus a
@@ -260,7 +286,7 @@ impl LensProbe<'_> {
             let after = self.kernels((at.0 + along.0, at.1 + along.1), step)?;
             for ((here, before), after) in here.iter().zip(&before).zip(&after) {
                 let apart = Stencil::weighted_sum(&[(here, 1.0), (before, -0.5), (after, -0.5)]);
-                worst = worst.max(apart.weights.iter().map(|w| f64::from(w.abs())).sum());
+                worst = worst.max(apart.magnitude());
             }
         }
         Ok(worst)

@@ -117,7 +117,7 @@ impl Renderer for Gather<'_> {
             };
             let views = job.views(&split);
             let lit = LitBlocks::new(&views);
-            if lit.share() < SPARSE_SHARE {
+            if lit.share() < SPARSE_SHARE || job.lens.has_line_in_focus(job.size()) {
                 return job.scatter(planes, &sides, &split);
             }
             job.gather(planes, &sides, &lit, &split)
@@ -270,10 +270,10 @@ impl Job<'_> {
         };
         let levels = pass.levels.iter().map(|level| LevelStatistics {
             gathered: 0,
-            scattered: level.tiles.len(),
+            scattered: level.tile_count(),
             upsampled: 0,
-            min_tile_px: level.grid.tile,
-            max_tile_px: level.grid.tile,
+            min_tile_px: level.parts.last().map_or(0, |part| part.grid.tile),
+            max_tile_px: level.parts.first().map_or(0, |part| part.grid.tile),
         });
         let levels = levels.collect();
         let mut plates = pass.render(self.progress)?;

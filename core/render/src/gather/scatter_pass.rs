@@ -7,8 +7,9 @@ use super::fir::BilinearFir;
 use super::gather_pass::set_corners;
 use super::image::{Image, Rect, Size, View};
 use super::pyramid::{MARGIN, UpsampleBuffers, upsample_tile};
-use super::source_tiles::SourceLevel;
+use super::source_tiles::{SourceLevel, SourceTiles};
 use super::spread::{TileLight, spread};
+use super::tile_grid::GridIndex;
 use crate::{Edges, RenderWindow, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -63,7 +64,7 @@ impl ScatterPass<'_> {
         mut self,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>> {
-        let count: usize = self.levels.iter().map(|level| level.tiles.len()).sum();
+        let count: usize = self.levels.iter().map(SourceLevel::tile_count).sum();
         let mut done = 0;
         let mut coarser: Vec<Image> = vec![Image::default(); self.mix_of.len()];
         let level_count = self.levels.len();
@@ -75,11 +76,13 @@ impl ScatterPass<'_> {
             let mut images: Vec<Image> = (0..self.mix_of.len())
                 .map(|_| Image::zeros(target.rect(&level)))
                 .collect();
-            for wave in level.tiles.chunks(WAVE) {
-                self.add_wave(&level, wave, target, &mut images);
-                done += wave.len();
-                if !progress(done as f64 / count as f64) {
-                    return Err(cancelled());
+            for part in &level.parts {
+                for wave in part.tiles.chunks(WAVE) {
+                    self.add_wave(&level.light, part, wave, target, &mut images);
+                    done += wave.len();
+                    if !progress(done as f64 / count as f64) {
+                        return Err(cancelled());
+                    }
                 }
             }
             drop(level);
@@ -92,24 +95,25 @@ impl ScatterPass<'_> {
         Ok(coarser.into_iter().map(|image| image.samples).collect())
     }
 
-    /// Scatters the tiles of a wave into `images`.
+    /// Scatters the `light` of a wave of tiles into `images`.
     fn add_wave(
         &self,
-        level: &SourceLevel,
-        wave: &[super::tile_grid::GridIndex],
+        light: &[Image],
+        part: &SourceTiles,
+        wave: &[GridIndex],
         target: Target,
         images: &mut [Image],
     ) {
-        let side = level.grid.tile;
+        let side = part.grid.tile;
         let mixes = 0..self.mix_of.iter().max().map_or(0, |last| last + 1);
         let patches: Vec<Vec<Option<Image>>> = wave
             .par_iter()
             // Light fills tiles unevenly.
             .with_max_len(4)
             .map_init(BilinearFir::default, |fir, tile| {
-                let [left, top] = level.grid.first_pixel(*tile);
+                let [left, top] = part.grid.first_pixel(*tile);
                 let take = |image| TileLight::take(image, left, top, side);
-                let light: Vec<Option<TileLight>> = level.light.iter().map(take).collect();
+                let light: Vec<Option<TileLight>> = light.iter().map(take).collect();
                 let mut patches = vec![None; self.mix_of.len()];
                 for mix in mixes.clone() {
                     let planes = (self.mix_of.iter().enumerate()).filter(|(_, of)| **of == mix);
@@ -122,7 +126,7 @@ impl ScatterPass<'_> {
                     if lit.is_empty() {
                         continue;
                     }
-                    set_corners(side, &level.kernels, mix, *tile, fir);
+                    set_corners(side, &part.kernels, mix, *tile, fir);
                     if fir.len() > 0 {
                         for (plane, patch) in lit.into_iter().zip(spread(fir, &lights, left, top)) {
                             patches[plane] = Some(patch);
@@ -190,7 +194,7 @@ impl ScatterPass<'_> {
             }
             return with_mirrored_margin(&image.samples, size);
         }
-        let mut rect = joined_rect(image.rect(), upsampled_rect(coarser));
+        let mut rect = image.rect().joined(upsampled_rect(coarser));
         if self.edges == Edges::Black {
             // What lies farther beyond the plate is dropped in the end.
             rect = within_margin(rect, size);
@@ -210,12 +214,7 @@ impl ScatterPass<'_> {
 /// Returns the pixels of the next finer level that upsampling `coarse` lights.
 fn upsampled_rect(coarse: &Image) -> Rect {
     if coarse.samples.is_empty() {
-        return Rect {
-            left: 0,
-            top: 0,
-            width: 0,
-            height: 0,
-        };
+        return Rect::default();
     }
     let margin = 2 * MARGIN as usize;
     Rect {
@@ -223,24 +222,6 @@ fn upsampled_rect(coarse: &Image) -> Rect {
         top: 2 * (coarse.top - MARGIN),
         width: 2 * (coarse.width + margin),
         height: 2 * (coarse.height + margin),
-    }
-}
-
-/// Returns the bounding rectangle of both; empty ones do not count.
-fn joined_rect(a: Rect, b: Rect) -> Rect {
-    if a.width == 0 {
-        return b;
-    }
-    if b.width == 0 {
-        return a;
-    }
-    let (left, top) = (a.left.min(b.left), a.top.min(b.top));
-    let end = |start: i32, size: usize| start + size as i32;
-    Rect {
-        left,
-        top,
-        width: (end(a.left, a.width).max(end(b.left, b.width)) - left) as usize,
-        height: (end(a.top, a.height).max(end(b.top, b.height)) - top) as usize,
     }
 }
 

@@ -1,10 +1,13 @@
 //! Lit tiles of a plate, each scattered at the coarsest pyramid level that draws its blur.
+//!
+//! Tiles over which the blur changes fast, as beside the line in focus of a tilted lens, are cut into smaller ones.
 
 use super::corner_stencils::{MixStencils, SparseGrid, source_kernels};
 use super::image::{Image, Rect, Size, View};
 use super::lens_probe::{LensProbe, TileSides};
 use super::plan::tile_within;
 use super::pyramid::downsample;
+use super::stencil::Stencil;
 use super::tile_grid::{GridIndex, TileGrid};
 use crate::Scene;
 use rayon::prelude::*;
@@ -18,17 +21,25 @@ const SQUARE: usize = 32;
 /// Coarsest level.
 const COARSEST: u32 = 8;
 
+/// Side of tiles that are not cut, pixels of the level.
+const SMALLEST_TILE: usize = 4;
+
 /// The light of one level, and the kernels that scatter it.
 pub(super) struct SourceLevel {
-    pub(super) grid: TileGrid,
     /// Light to scatter on this level, that of planes with the same samples once.
     pub(super) light: Vec<Image>,
-    /// Tiles that hold light.
+    /// The tiles that hold light, largest first; at least one part.
+    pub(super) parts: Vec<SourceTiles>,
+    /// The pixels of the level that the light reaches.
+    pub(super) reached: Rect,
+}
+
+/// Tiles of one size that hold light.
+pub(super) struct SourceTiles {
+    pub(super) grid: TileGrid,
     pub(super) tiles: Vec<GridIndex>,
     /// Kernels at the corners of these tiles.
     pub(super) kernels: SparseGrid<MixStencils>,
-    /// The pixels of the level that the light reaches.
-    pub(super) reached: Rect,
 }
 
 /// Splits `planes` into levels, finest first; the last one holds light.
@@ -60,6 +71,7 @@ pub(super) fn source_levels(
             lens,
             light,
             tile_grid(lens, sides, scene, level),
+            scene,
         )?);
     }
     Ok(levels)
@@ -80,21 +92,107 @@ fn size_of(scene: &Scene) -> Size {
 }
 
 impl SourceLevel {
-    fn new(lens: &LensProbe, light: Vec<Image>, grid: TileGrid) -> Result<Self> {
+    fn new(lens: &LensProbe, light: Vec<Image>, grid: TileGrid, scene: &Scene) -> Result<Self> {
         let views: Vec<View> = light.iter().map(Image::view).collect();
         let tiles = lit_tiles(&views, grid.tile as i32, grid.origin);
-        let corners = tiles.iter().flat_map(|tile: &GridIndex| tile.corners());
-        let kernels = source_kernels(lens, &grid, &corners.collect())?;
-        let reached = reached(&grid, &tiles, &kernels);
+        let mut parts = vec![SourceTiles::new(lens, grid, tiles)?];
+        while let Some(last) = parts.last_mut() {
+            let cut = last.take_changing(lens, scene)?;
+            if cut.is_empty() {
+                break;
+            }
+            let grid = last.halves(scene);
+            let mut tiles = lit_tiles(&views, grid.tile as i32, grid.origin);
+            tiles.retain(|tile| cut.contains(&last.grid.tile_at(grid.first_pixel(*tile))));
+            parts.push(SourceTiles::new(lens, grid, tiles)?);
+        }
+        let reached = parts.iter().map(SourceTiles::reached);
         Ok(Self {
-            grid,
+            reached: reached.reduce(Rect::joined).unwrap_or_default(),
             light,
-            tiles: tiles.into_iter().collect(),
-            kernels,
-            reached,
+            parts,
         })
     }
+
+    /// Returns the number of tiles.
+    pub(super) fn tile_count(&self) -> usize {
+        self.parts.iter().map(|part| part.tiles.len()).sum()
+    }
 }
+
+impl SourceTiles {
+    fn new(lens: &LensProbe, grid: TileGrid, tiles: BTreeSet<GridIndex>) -> Result<Self> {
+        let corners = tiles.iter().flat_map(|tile| tile.corners());
+        Ok(Self {
+            grid,
+            kernels: source_kernels(lens, &grid, &corners.collect())?,
+            tiles: tiles.into_iter().collect(),
+        })
+    }
+
+    /// The grid of tiles of half the side, which cut each tile into four.
+    fn halves(&self, scene: &Scene) -> TileGrid {
+        TileGrid::anchored(self.grid.level, self.grid.tile / 2, scene)
+    }
+
+    /// Takes the tiles over which the blur changes so fast that kernels at their corners do not tell the one in their middle.
+    fn take_changing(&mut self, lens: &LensProbe, scene: &Scene) -> Result<BTreeSet<GridIndex>> {
+        if self.grid.tile < 2 * SMALLEST_TILE || self.grid.tile % 4 != 0 {
+            return Ok(BTreeSet::new());
+        }
+        let allowed = (lens.tolerance).interpolation_error_at(self.grid.level, lens.model);
+        let halves = self.halves(scene);
+        let middle = |tile: GridIndex| {
+            let side = halves.tile as i32;
+            halves.tile_at(self.grid.first_pixel(tile).map(|px| px + side))
+        };
+        // Most tiles need no kernel in the middle: those at opposite corners are nearly alike.
+        let differs = |tile: &&GridIndex| {
+            let across = [[0, 3], [1, 2]].map(|pair| self.difference(**tile, pair));
+            across.into_iter().fold(0.0, f64::max) > CORNER_FACTOR * allowed
+        };
+        let tiles: Vec<GridIndex> = self.tiles.par_iter().filter(differs).copied().collect();
+        let middles = source_kernels(lens, &halves, &tiles.iter().map(|t| middle(*t)).collect())?;
+        let changes = |tile: &GridIndex| {
+            let found = middles.at(middle(*tile));
+            found.is_some_and(|found| self.error(*tile, found) > MIDDLE_FACTOR * allowed)
+        };
+        let cut: BTreeSet<GridIndex> = tiles.into_iter().filter(changes).collect();
+        self.tiles.retain(|tile| !cut.contains(tile));
+        Ok(cut)
+    }
+
+    /// Returns the largest difference of the kernels at a pair of corners of a tile, as a share of their light.
+    fn difference(&self, tile: GridIndex, corners: [usize; 2]) -> f64 {
+        let [a, b] = corners.map(|corner| self.kernels.at(tile.corners()[corner]));
+        let pairs = a.into_iter().flatten().zip(b.into_iter().flatten());
+        pairs
+            .map(|(a, b)| Stencil::weighted_sum(&[(a, 1.0), (b, -1.0)]).magnitude())
+            .fold(0.0, f64::max)
+    }
+
+    /// Returns the largest difference of the kernels in the `middle` of a tile from those interpolated there, as a share of their light.
+    fn error(&self, tile: GridIndex, middle: &MixStencils) -> f64 {
+        let corners: Vec<&MixStencils> = (tile.corners().into_iter())
+            .filter_map(|corner| self.kernels.at(corner))
+            .collect();
+        let of_mix = |(mix, middle): (usize, &Stencil)| {
+            let mut parts = vec![(middle, 1.0)];
+            parts.extend(corners.iter().map(|corner| (&corner[mix], -0.25)));
+            Stencil::weighted_sum(&parts).magnitude()
+        };
+        middle.iter().enumerate().map(of_mix).fold(0.0, f64::max)
+    }
+
+    /// Returns the pixels that the kernels spread the light of the tiles over.
+    fn reached(&self) -> Rect {
+        reached(&self.grid, &self.tiles, &self.kernels)
+    }
+}
+
+/// Factor on the interpolation error above which the difference of opposite corners, and the error in the middle, cut a tile.
+const CORNER_FACTOR: f64 = 15.0;
+const MIDDLE_FACTOR: f64 = 5.0;
 
 /// Returns the tiles of `side` pixels in which any of `images` is not zero; the first tile begins at `origin`.
 fn lit_tiles(images: &[View], side: i32, origin: [i32; 2]) -> BTreeSet<GridIndex> {
@@ -139,11 +237,7 @@ fn add_lit_tiles(image: &View, side: i32, origin: [i32; 2], tiles: &mut BTreeSet
 }
 
 /// Returns the pixels that kernels spread the light of `tiles` over.
-fn reached(
-    grid: &TileGrid,
-    tiles: &BTreeSet<GridIndex>,
-    kernels: &SparseGrid<MixStencils>,
-) -> Rect {
+fn reached(grid: &TileGrid, tiles: &[GridIndex], kernels: &SparseGrid<MixStencils>) -> Rect {
     let side = grid.tile as i32;
     let [mut left, mut top, mut right, mut bottom] = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
     for tile in tiles {
@@ -161,12 +255,7 @@ fn reached(
         }
     }
     if right <= left || bottom <= top {
-        return Rect {
-            left: 0,
-            top: 0,
-            width: 0,
-            height: 0,
-        };
+        return Rect::default();
     }
     Rect {
         left,

@@ -178,6 +178,11 @@ impl Stencil {
         sum
     }
 
+    /// Returns the sum of the absolute weights.
+    pub(super) fn magnitude(&self) -> f64 {
+        self.weights.iter().map(|w| f64::from(w.abs())).sum()
+    }
+
     /// Convolves the stencil along both axes with a symmetric `filter`, given from its middle tap to one side.
     pub(super) fn filtered(&self, filter: &[f64]) -> Self {
         let side = filter.len() as i32 - 1;

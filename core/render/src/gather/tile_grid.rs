@@ -94,6 +94,13 @@ impl TileGrid {
         ]
     }
 
+    /// Returns the tile that holds a pixel (x, y) of the level.
+    pub(super) fn tile_at(&self, pixel: [i32; 2]) -> GridIndex {
+        let [column, row] =
+            [0, 1].map(|axis| (pixel[axis] - self.origin[axis]).div_euclid(self.tile as i32));
+        GridIndex::new(row, column)
+    }
+
     /// Returns the width of one of the level's pixels, plate px.
     pub(super) fn step(&self) -> f64 {
         f64::from(1_u32 << self.level)

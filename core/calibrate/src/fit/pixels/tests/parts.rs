@@ -206,7 +206,12 @@ fn a_symmetric_lens_gains_no_plane_or_decentre() {
     let set = observe(&planted(&mut SplitMix64::new(13)));
     let fit = fitted(&set, PupilModel::Extended);
     assert_eq!(verdict(&fit), Verdict::Describes);
-    for id in ["decentre", "double_plane", "aperture_polygon", "obstruction"] {
+    for id in [
+        "decentre",
+        "double_plane",
+        "aperture_polygon",
+        "obstruction",
+    ] {
         assert_eq!(found(&fit, id, 0), None, "{id}");
     }
 }
