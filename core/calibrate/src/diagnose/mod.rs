@@ -119,8 +119,14 @@ pub fn diagnose(
     if !settings.responses.is_empty() || !leaves_a_part(&as_stated) {
         return Ok(as_stated);
     }
-    let mut candidates =
-        bookkeeping::beside_effects(lens, channels, set, &as_stated.corrected, suspected)?;
+    let mut candidates = bookkeeping::beside_effects(
+        lens,
+        channels,
+        set,
+        &as_stated.corrected,
+        &library(settings)?,
+        suspected,
+    )?;
     candidates.truncate(MAX_BESIDE_EFFECTS);
     for candidate in candidates {
         let half = |share: f64| progress(0.5 + 0.5 * share);

@@ -23,6 +23,7 @@ pub(super) use another_lens::or_another_lens;
 pub use between_sets::{MistakeInSet, mistakes_between};
 
 use schemars::JsonSchema;
+use seidel_optics::effects::Effect;
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::predict::Predictor;
@@ -261,7 +262,7 @@ fn of_gap(books: &Comparison) -> Result<Option<FoundMistake>> {
     })
 }
 
-/// Returns the mistakes that may stand beside effects, the likelier first: the `suspected` one, that which a single effect complements best,
+/// Returns the mistakes that may stand beside effects, the likelier first: the `suspected` one, that which a single effect of `library` complements best,
 /// and that which explains what `corrected`, the lens with the effects found in the set as it stands, leaves.
 ///
 /// # Errors
@@ -271,13 +272,14 @@ pub(super) fn beside_effects(
     channels: &[PupilChannel],
     set: &ObservationSet,
     corrected: &LensProfile,
+    library: &[&'static dyn Effect],
     suspected: Option<Bookkeeping>,
 ) -> Result<Vec<Bookkeeping>> {
     let Some(books) = Comparison::new(lens, channels, set) else {
         return Ok(Vec::new());
     };
     let tried = books.tried()?;
-    let screened = screening::best(lens, channels, &books.sample, books.before, tried);
+    let screened = screening::best(lens, channels, &books.sample, books.before, library, tried);
     let mut all = Vec::from_iter(suspected.map(Box::new));
     all.extend(screened.and_then(|found| books.found(found)));
     if let LensDescription::Pupil(channels) = &corrected.description {

@@ -1,7 +1,7 @@
 //! Mistakes beside strong effects: the gap that a mistake and the best single effect leave together, in a few iterations.
 
 use rayon::prelude::*;
-use seidel_optics::effects::{self, Effect};
+use seidel_optics::effects::Effect;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::profile::{LensProfile, PupilChannel};
 
@@ -20,34 +20,36 @@ const ALIKE: f64 = 1.02;
 /// Largest ratio of the gap that the best effect leaves with the mistake to that without, below which the mistake is suspected.
 const SUSPECTED: f64 = 0.5;
 
-/// Returns the mistake beside which a single effect leaves least of `sample`, with the gap that it leaves alone; `None` where effects leave
+/// Returns the mistake beside which a single effect of `library` leaves least of `sample`, with the gap that it leaves alone; `None` where effects leave
 /// nearly as little without. `tried` are all mistakes with the gaps that they leave, the likelier of equal ones first.
 pub(super) fn best(
     lens: &LensProfile,
     channels: &[PupilChannel],
     sample: &ObservationSet,
     before: f64,
+    library: &[&'static dyn Effect],
     mut tried: Vec<(f64, Mistake)>,
 ) -> Option<(f64, Mistake)> {
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
     tried.dedup_by(|next, kept| next.0 <= ALIKE * kept.0.max(0.0) + 1e-4);
     tried.retain(|(after, _)| *after < before);
     tried.truncate(TRIED);
-    let without = left_by_best_effect(lens, channels, sample)?;
+    let without = left_by_best_effect(lens, channels, sample, library)?;
     let with = tried.into_iter().filter_map(|(after, mistake)| {
         let corrected = mistake.correct(sample)?;
-        let left = left_by_best_effect(lens, channels, &corrected)?;
+        let left = left_by_best_effect(lens, channels, &corrected, library)?;
         Some((left, after, mistake))
     });
     let (left, after, mistake) = with.min_by(|a, b| a.0.total_cmp(&b.0))?;
     (left < SUSPECTED * without).then_some((after, mistake))
 }
 
-/// Returns the gap that the best single effect leaves of `set` after a few iterations on a draft mesh.
+/// Returns the gap that the best single effect of `library` leaves of `set` after a few iterations on a draft mesh.
 fn left_by_best_effect(
     lens: &LensProfile,
     channels: &[PupilChannel],
     set: &ObservationSet,
+    library: &[&'static dyn Effect],
 ) -> Option<f64> {
     let tiles = placed_tiles(lens, channels, set).ok()?;
     let names = channels.iter().map(|c| c.name.as_str());
@@ -61,7 +63,7 @@ fn left_by_best_effect(
             && !search.starts(*effect).is_empty()
             && search.can_try(*effect)
     };
-    let library: Vec<&'static dyn Effect> = effects::causes().filter(can_try).collect();
+    let library: Vec<&'static dyn Effect> = library.iter().copied().filter(can_try).collect();
     let left = library
         .par_iter()
         .map(|effect| search.outlined_gap(*effect));
