@@ -18,7 +18,7 @@ pub(in super::super) fn or_another_lens(
     mut diagnosis: Diagnosis,
 ) -> Diagnosis {
     let gap = &mut diagnosis.gap;
-    if diagnosis.verdict != Verdict::Unexplained || gap.before < MIN_GAP || gap.after < MIN_LEFT {
+    if gap.before < MIN_GAP || gap.after < MIN_LEFT {
         return diagnosis;
     }
     let found = Bookkeeping {
