@@ -10,7 +10,7 @@ use seidel_render::Displacement;
 
 use crate::image::Image;
 use crate::lens::Lens;
-use crate::plate::{Depth, Plate};
+use crate::plate::{Depth, DepthPass, Plate};
 use crate::session::LensSession;
 use crate::settings::Settings;
 
@@ -78,7 +78,12 @@ pub fn plate_gap(
         ..Settings::default()
     };
     let session = Arc::new(LensSession::new(lens, &settings)?);
-    let plate = session.prepare(Plate::new(image).with_depth(Depth::Distance(distance)))?;
+    let depth = pair.vergence.as_ref().map(|vergence| {
+        let metres = vergence.iter().map(|v| 1.0 / v);
+        Depth::Pass(DepthPass::metres(metres.collect()))
+    });
+    let depth = depth.unwrap_or(Depth::Distance(distance));
+    let plate = session.prepare(Plate::new(image).with_depth(depth))?;
     let rendered = plate.to_image(plate.apply(progress)?)?;
     let channels = names.iter().enumerate().map(|(k, name)| {
         let expected = known(&rendered.colours[k], &pair.sharp[k], pair);

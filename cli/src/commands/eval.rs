@@ -5,7 +5,7 @@ mod report;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_calibrate::diagnose::find_mistake;
+use seidel_calibrate::diagnose::{FoundMistake, find_mistake};
 use seidel_calibrate::eval::shapes;
 use seidel_calibrate::score::TestImage;
 use seidel_core::evaluation::SparseSettings;
@@ -120,14 +120,9 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
     for remark in &evaluation.remarks {
         console.note(remark);
     }
-    if let Some(found) = find_mistake(&lens, &set).map_err(in_set)? {
-        console.note(format!(
-            "the books of the set may hold a mistake: {}. With that corrected the gap of a PSF falls from {:.1} % to {:.1} %. {}",
-            found.words,
-            100.0 * found.gap_before,
-            100.0 * found.gap_after.max(0.0),
-            found.remedy
-        ));
+    let found = find_mistake(&lens, &set).map_err(in_set)?;
+    if let Some(found) = found.and_then(FoundMistake::sure) {
+        console.note(super::mistake_note(&found));
     }
     if !args.json {
         for path in args.plot.iter().chain(&args.shapes) {

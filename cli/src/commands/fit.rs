@@ -6,6 +6,7 @@ mod pupil;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use seidel_calibrate::diagnose::{MistakeInSet, mistakes_between};
 use seidel_calibrate::fit;
 use seidel_calibrate::measure::Rejection;
 use seidel_core::{AxisChoice, Fit, FitSettings, LensProfile, ObservationSet};
@@ -107,6 +108,10 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     }
     for warning in fit.warnings() {
         console.note(warning);
+    }
+    for MistakeInSet { set, found } in mistakes_between(&sets, fit.lens()) {
+        let text = super::mistake_note(&found);
+        console.note(format!("{}: {text}", args.observations[set].display()));
     }
     Ok(())
 }

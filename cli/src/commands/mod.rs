@@ -36,6 +36,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use seidel_core::diagnosis::Bookkeeping;
 use seidel_core::{ImagePoint, ObjectDistance};
 
 use crate::Console;
@@ -177,6 +178,22 @@ fn frame_list(failed: &[(i64, CommandError)]) -> String {
         .iter()
         .map(|(frame, error)| format!("\n  frame {frame}: {error}"));
     lines.collect()
+}
+
+/// Returns a note on a mistake in the books of a set that was looked for without a diagnosis.
+fn mistake_note(found: &Bookkeeping) -> String {
+    let changes = match found.gap_after < found.gap_before {
+        true => format!(
+            " With that corrected the gap of a PSF falls from {:.1} % to {:.1} %.",
+            100.0 * found.gap_before,
+            100.0 * found.gap_after.max(0.0)
+        ),
+        false => String::new(),
+    };
+    format!(
+        "the books of the set may hold a mistake: {}.{changes} {}",
+        found.words, found.remedy
+    )
 }
 
 /// Returns the last component of a path, by which provenance names the file.

@@ -23,10 +23,11 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
         format!("added: {added}"),
     ];
     if let Some(found) = &d.bookkeeping {
-        lines.push(format!(
-            "what to do first: {} The corrected set is in the folder corrected-set",
-            found.remedy
-        ));
+        let place = match found.can_be_corrected {
+            true => " The corrected set is in the folder corrected-set",
+            false => "",
+        };
+        lines.push(format!("what to do first: {}{place}", found.remedy));
     }
     let after = if d.added.is_empty() {
         String::new()

@@ -10,6 +10,12 @@ use super::words::{
 pub(super) fn verdict(d: &Diagnosis) -> String {
     match &d.bookkeeping {
         None => on_effects(d),
+        Some(found) if !found.can_be_corrected => format!("{}.", sentence(&found.words)),
+        Some(found) if found.gap_after >= found.gap_before => format!(
+            "A mistake in the books of the set: {}. {}",
+            found.words,
+            on_effects(d)
+        ),
         Some(found) => format!(
             "A mistake in the books of the set: {}. With that corrected, the gap falls from {} to {}. {}",
             found.words,
@@ -189,7 +195,8 @@ fn titles(ids: &[&str]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::report::samples::diagnosis;
-    use seidel_core::diagnosis::Pair;
+    use seidel_core::diagnosis::{Bookkeeping, Pair};
+    use seidel_core::{Frame, ObservationSet};
 
     #[test]
     fn a_gap_above_the_light_and_a_share_that_is_not_determined_are_no_headline() {
@@ -204,6 +211,39 @@ mod tests {
             text.contains("set is of this lens") && !text.contains("217"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_mistake_comes_with_what_its_correction_closes_and_another_lens_without() {
+        let frame = Frame::new(64, 48, None).expect("a frame");
+        let crop = Bookkeeping {
+            mistake: "crop",
+            words: "positions are those in a crop".to_owned(),
+            remedy: "Add (3, 4).".to_owned(),
+            gap_before: 0.8,
+            gap_after: 0.002,
+            can_be_corrected: true,
+            verdict: Verdict::NoGap,
+            corrected: ObservationSet::new(frame, Vec::new(), Vec::new()),
+        };
+        let mut d = diagnosis(Verdict::Bookkeeping);
+        let mut text_of = |found: &Bookkeeping| {
+            d.bookkeeping = Some(found.clone());
+            verdict(&d).replace('\u{a0}', " ")
+        };
+        let text = text_of(&crop);
+        assert!(text.starts_with("A mistake in the books of the set: positions are those in a crop. With that corrected, the gap falls from 80 % to 0.2 %. No effect"), "{text}");
+        let camera = Bookkeeping {
+            gap_after: 0.8,
+            ..crop.clone()
+        };
+        assert!(!text_of(&camera).contains("falls"));
+        let other = Bookkeeping {
+            words: "this looks like the set of another lens".to_owned(),
+            can_be_corrected: false,
+            ..camera
+        };
+        assert_eq!(text_of(&other), "This looks like the set of another lens.");
     }
 
     #[test]

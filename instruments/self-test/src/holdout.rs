@@ -44,7 +44,11 @@ pub(crate) fn closed_share(
 
 /// Returns the mean gap over tiles: |o - p|² / |o|², less the contribution of the stated noise. o is the observed tile, p
 /// the predicted one, both of unit sum.
-fn mean_gap(lens: &LensProfile, set: &ObservationSet, positions: Positions) -> Result<f64> {
+pub(crate) fn mean_gap(
+    lens: &LensProfile,
+    set: &ObservationSet,
+    positions: Positions,
+) -> Result<f64> {
     let predictor = Predictor::new(lens)?;
     let predicted = match positions {
         Positions::Ideal => predict_set(&predictor, set, predictor.default_model())?,

@@ -4,6 +4,7 @@
 mod aims;
 mod holdout;
 mod json;
+mod mistakes;
 mod processor_time;
 mod results;
 mod runner;
@@ -20,6 +21,7 @@ use std::process::ExitCode;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser};
+use mistakes::Depth;
 use rayon::ThreadPoolBuilder;
 use results::SelfTest;
 use runner::{Observer, Plan};
@@ -58,6 +60,9 @@ struct SelfTestArgs {
     /// is "unexplained"
     #[arg(long)]
     withhold: bool,
+    /// Plant a mistake in keeping books in each case, and report how often it is named, and how often one is without
+    #[arg(long, value_enum, value_name = "DEPTH", conflicts_with_all = ["withhold", "out", "json"])]
+    mistakes: Option<Depth>,
     /// Folder for self-test.json
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -135,6 +140,10 @@ fn run(args: &SelfTestArgs, plan: &Plan, console: &mut Console) -> Result<(), Bo
     ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()?;
+    if let Some(depth) = args.mistakes {
+        run_mistakes(plan, depth, console);
+        return Ok(());
+    }
     let test = {
         let bar = console.progress_bar("diagnosing sealed cases");
         let mut observer = Observer {
@@ -161,6 +170,16 @@ fn run(args: &SelfTestArgs, plan: &Plan, console: &mut Console) -> Result<(), Bo
         print_summary(&test, out, console);
     }
     Ok(())
+}
+
+/// Plants mistakes in the cases of `plan`, and prints how often they are named.
+fn run_mistakes(plan: &Plan, depth: Depth, console: &mut Console) {
+    let results = mistakes::run(&plan.selection, plan.only_case, depth, |result| {
+        console.print(result.line());
+    });
+    for line in mistakes::summary(&results) {
+        console.print(line);
+    }
 }
 
 /// Writes `self-test.json` to `folder`, whole or not at all.

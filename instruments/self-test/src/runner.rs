@@ -259,16 +259,9 @@ fn fit_and_diagnose(
     library: &[String],
     progress: &Progress,
 ) -> Result<BlindDiagnosis> {
-    let settings = PupilSettings {
-        model: match model {
-            FitModel::Reduced => PupilModel::Reduced,
-            FitModel::Extended => PupilModel::Extended,
-        },
-        ..PupilSettings::default()
-    };
     let fitting = |share: f64| progress(FIT_SHARE * share);
     let stopwatch = Stopwatch::start();
-    let lens = fit_pupil(std::slice::from_ref(design), &settings, &fitting)?.lens;
+    let lens = fit(design, model, &fitting)?;
     let fit_cpu_seconds = stopwatch.read().cpu_seconds;
     let diagnosing = |share: f64| progress(FIT_SHARE + (1.0 - FIT_SHARE) * share);
     let diagnosis = checked_diagnosis(&lens, real, library, &diagnosing)?;
@@ -279,8 +272,24 @@ fn fit_and_diagnose(
     })
 }
 
+/// Fits a lens of the given `model` to `design`.
+pub(crate) fn fit(
+    design: &ObservationSet,
+    model: FitModel,
+    progress: &Progress,
+) -> Result<LensProfile> {
+    let settings = PupilSettings {
+        model: match model {
+            FitModel::Reduced => PupilModel::Reduced,
+            FitModel::Extended => PupilModel::Extended,
+        },
+        ..PupilSettings::default()
+    };
+    Ok(fit_pupil(std::slice::from_ref(design), &settings, progress)?.lens)
+}
+
 /// Diagnoses `lens` against `real` and rejects scores that are not finite.
-fn checked_diagnosis(
+pub(crate) fn checked_diagnosis(
     lens: &LensProfile,
     real: &ObservationSet,
     library: &[String],

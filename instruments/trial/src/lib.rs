@@ -3,8 +3,8 @@
 //! A [`Case`] is three observation sets with the [`Answer`]: `design`, the bare lens without noise; `real`, the same lens
 //! with up to three causes or an unknown one added, with noise; and `holdout`, other positions of the real lens, almost
 //! without noise. Designs that are too rich for the fitted model test whether the diagnosis doubts that model.
-//! [`recipes`] lists cases, [`draw`] draws one, [`draw_further`] adds a capture that a diagnosis advises, and [`scores`] rates
-//! the diagnoses of many.
+//! [`recipes`] lists cases, [`draw`] draws one, [`draw_further`] adds a capture that a diagnosis advises, [`Mistake`] plants a mistake
+//! in keeping books, and [`scores`] rates the diagnoses of many.
 //!
 //! The simulation is independent of the model that it tests: it shares only the vocabulary (fields, tiles, observation
 //! sets). Tiles are computed from dense rays (`rays`) or a sampled wave (`waves`) on grids of their own, without the
@@ -28,6 +28,7 @@ mod further_capture;
 mod glass;
 mod lens;
 mod mask;
+mod mistakes;
 mod pencil;
 mod perturb;
 mod perturb_sensor;
@@ -50,5 +51,6 @@ pub use case::{Answer, Case, FurtherSets};
 pub use conditions::{Conditions, Size};
 pub use draw::{draw, draw_further};
 pub use further_capture::FurtherCapture;
+pub use mistakes::{Mistake, PlantedMistake};
 pub use recipe::{FitModel, Kind, KindClass, Recipe, Selection, Simulator, recipes};
 pub use score::{Bin, Breakdown, Measure, Outcome, Rate, Rates, Scores, Setting, Strength, scores};

@@ -78,7 +78,8 @@ impl OutputFolder {
             if let Some(set) = estimated {
                 manifest::write(set, &at.join(ESTIMATED))?;
             }
-            if let Some(found) = &diagnosis.bookkeeping {
+            let found = diagnosis.bookkeeping.as_ref();
+            if let Some(found) = found.filter(|found| found.can_be_corrected) {
                 manifest::write(&found.corrected, &at.join(CORRECTED_SET))?;
             }
             if let Some(maps) = maps {

@@ -6,14 +6,17 @@ use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 use seidel_core::diagnosis::{PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve};
 use seidel_core::{
-    DiagnosisSettings, ImagePoint, Lens, ObjectDistance, PictureDiagnosis, PicturePair, Predictor,
-    diagnose_pictures,
+    DepthConvention, DiagnosisSettings, ImagePoint, Lens, ObjectDistance, PictureDiagnosis,
+    PicturePair, Predictor, diagnose_pictures,
 };
 
 use super::super::picture::check_finite;
+use super::super::plates::channel_parser;
 use super::super::{CommandError, EncodingChoice, parse_point};
 use crate::Console;
 use seidel_image_io::error::FileError;
+use seidel_image_io::formats::exr::DepthOwner;
+use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 use seidel_image_io::plate::{PlateFile, PlateOptions};
 use seidel_image_io::samples::Encoding;
 
@@ -27,6 +30,10 @@ pub(super) struct PairArgs {
     /// Picture of the same scene through the lens, registered pixel by pixel
     #[arg(long, value_name = "PLATE", requires = "reference")]
     pub(super) observed: Option<PathBuf>,
+    /// Depth pass of SHARP, in metres along the optical axis, in place of --distance: windows at nearly one distance are compared there,
+    /// others are left out
+    #[arg(long, value_name = "FILE[:CHANNEL]", requires = "reference", conflicts_with = "distances", value_parser = channel_parser())]
+    depth: Option<ChannelSpec>,
     /// Side of the estimated tiles, px: odd, and larger than the widest blur
     #[arg(long, value_name = "PX", default_value_t = 33)]
     patch: usize,
@@ -87,12 +94,13 @@ impl PairArgs {
     ) -> Result<PictureDiagnosis, CommandError> {
         let predictor =
             Predictor::new(lens.profile()).map_err(|e| FileError::from_core(lens_path, e))?;
-        if distance == ObjectDistance::Unknown && predictor.depends_on_depth() {
+        let is_known = distance != ObjectDistance::Unknown || self.depth.is_some();
+        if !is_known && predictor.depends_on_depth() {
             return Err(FileError::new(
                 blurred,
                 "object distance",
                 "is unknown, but the lens's blur depends on it",
-                "give --distance",
+                "give --distance, or a depth pass with --depth",
             )
             .into());
         }
@@ -102,6 +110,7 @@ impl PairArgs {
         let estimate = PairSettings {
             side: self.patch,
             distance,
+            vergence: self.read_vergence(&reference)?,
             clip: self.clip.or(integers.then_some(FULL_SCALE)),
             area_means: self.reference_pixels == Pixels::Areas,
             geometry: match self.plate_geometry {
@@ -122,6 +131,34 @@ impl PairArgs {
         let diagnose = || diagnose_pictures(lens, &pair, settings, &progress);
         let found = pool.install(diagnose);
         Ok(found.map_err(|e| FileError::from_core(blurred, e))?)
+    }
+
+    /// Reads the depth pass of the sharp picture as vergences, 1/m; `None` without one.
+    fn read_vergence(&self, sharp: &Planes) -> Result<Option<Vec<f32>>, CommandError> {
+        let Some(spec) = &self.depth else {
+            return Ok(None);
+        };
+        let pass =
+            ImageChannel::read_depth(&spec.file, spec.channel.as_deref(), DepthOwner::Unknown)?;
+        let place = format!("channel {}", pass.channel);
+        if pass.samples.len() != sharp.width * sharp.height {
+            return Err(FileError::new(
+                &spec.file,
+                place,
+                format!(
+                    "is not of the {} x {} px of the sharp picture",
+                    sharp.width, sharp.height
+                ),
+                "render the depth pass with the sharp picture",
+            )
+            .into());
+        }
+        let metres = DepthConvention::Distance {
+            metres_per_unit: 1.0,
+        };
+        let reading = metres.read(&pass.samples, sharp.width);
+        let reading = reading.map_err(|e| FileError::from_core(&spec.file, e.within(&place)))?;
+        Ok(Some(reading.vergence))
     }
 
     /// Reads the planes of a picture in the order of the lens's `channels`.

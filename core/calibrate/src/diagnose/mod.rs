@@ -40,7 +40,7 @@ mod tile_noise;
 mod tiles;
 mod verdict;
 
-pub use bookkeeping::Bookkeeping;
+pub use bookkeeping::{Bookkeeping, FoundMistake, MistakeInSet, mistakes_between};
 pub use capture::Capture;
 pub use cause_words::{CauseWords, cause_words};
 pub use diagnosis::{
@@ -54,7 +54,7 @@ pub use pair::{
 pub use settings::DiagnosisSettings;
 
 use crate::reference_channel::reference_channel;
-use bookkeeping::Finding;
+use bookkeeping::Books;
 use coverage::Coverage;
 use hypothesis::{Hypothesis, LensChannels};
 use search::{Candidate, HypothesisSearch};
@@ -71,6 +71,11 @@ const MIN_REPORTED_JITTER_PX: f64 = 0.02;
 /// leaves.
 const REFINED_SINGLES: usize = 4;
 const REFINED_RATIO: f64 = 4.0;
+/// Detection limits that effects leave where mistakes are looked for beside them.
+const LEFT_LIMITS: f64 = 1.5;
+/// Mistakes beside effects that are diagnosed at most, and the largest share that the right one leaves of what effects leave without it.
+const MAX_BESIDE_EFFECTS: usize = 2;
+const MISTAKE_LEAVES: f64 = 0.3;
 
 /// Diagnoses the gap between `lens` and `set`. A mistake in the books of the set is looked for before effects, and effects after
 /// it is corrected.
@@ -95,32 +100,62 @@ pub fn diagnose(
     }
     let model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     // Tiles that this program estimated are placed and named by it.
-    let found = match settings.responses.is_empty() {
+    let books = match settings.responses.is_empty() {
         true => bookkeeping::find(lens, channels, set, model.own_gap)?,
-        false => None,
+        false => Books::default(),
     };
-    let suspected = match found {
-        None => return diagnose_effects(lens, set, settings, model, progress),
-        Some(Finding::Sure(found)) => {
-            return diagnose_corrected(lens, found, settings, model, progress);
+    let suspected = match books.found {
+        Some(FoundMistake::Sure(found)) => {
+            let mut diagnosis = diagnose_corrected(lens, *found, settings, model, progress)?;
+            diagnosis.remarks.extend(books.remark);
+            return Ok(diagnosis);
         }
-        Some(Finding::Suspected(found)) => found,
+        Some(FoundMistake::Suspected(found)) => Some(*found),
+        None => None,
     };
     let half = |share: f64| progress(0.5 * share);
-    let as_stated = diagnose_effects(lens, set, settings, model.clone(), &half)?;
-    if as_stated.verdict != Verdict::Unexplained {
+    let mut as_stated = diagnose_effects(lens, set, settings, model.clone(), &half)?;
+    as_stated.remarks.extend(books.remark);
+    if !settings.responses.is_empty() || !leaves_a_part(&as_stated) {
         return Ok(as_stated);
     }
-    let half = |share: f64| progress(0.5 + 0.5 * share);
-    let of_corrected = diagnose_corrected(lens, suspected, settings, model, &half)?;
+    let mut candidates = bookkeeping::beside_effects(
+        lens,
+        channels,
+        set,
+        &as_stated.corrected,
+        &library(settings)?,
+        suspected,
+    )?;
+    candidates.truncate(MAX_BESIDE_EFFECTS);
+    for candidate in candidates {
+        let half = |share: f64| progress(0.5 + 0.5 * share);
+        let of_corrected = diagnose_corrected(lens, candidate, settings, model.clone(), &half)?;
+        if is_better(&of_corrected, &as_stated) {
+            return Ok(of_corrected);
+        }
+    }
+    Ok(bookkeeping::or_another_lens(lens, set, as_stated))
+}
+
+/// Returns whether the effects of `diagnosis` leave more than is not seen, so that a mistake may stand beside them.
+fn leaves_a_part(diagnosis: &Diagnosis) -> bool {
+    match diagnosis.verdict {
+        Verdict::Unexplained => true,
+        Verdict::Explained | Verdict::Ambiguous => {
+            diagnosis.gap.after > LEFT_LIMITS * diagnosis.detection_limit
+        }
+        Verdict::NoGap | Verdict::ModelTooSimple | Verdict::Bookkeeping => false,
+    }
+}
+
+/// Returns whether the set without a mistake is explained, and far better than `as_stated`.
+fn is_better(of_corrected: &Diagnosis, as_stated: &Diagnosis) -> bool {
     let is_explained = matches!(
         of_corrected.verdict_on_effects(),
-        Verdict::Explained | Verdict::NoGap
+        Verdict::Explained | Verdict::Ambiguous | Verdict::NoGap
     );
-    Ok(match is_explained {
-        true => of_corrected,
-        false => as_stated,
-    })
+    is_explained && of_corrected.gap.after < MISTAKE_LEAVES * as_stated.gap.after
 }
 
 /// Returns the mistake that `set` is the one that `lens` was fitted to, and not that of `settings`.
@@ -159,16 +194,13 @@ fn diagnose_corrected(
 ///
 /// # Errors
 /// A set that cannot be compared with the lens.
-pub fn find_mistake(lens: &LensProfile, set: &ObservationSet) -> Result<Option<Bookkeeping>> {
+pub fn find_mistake(lens: &LensProfile, set: &ObservationSet) -> Result<Option<FoundMistake>> {
     let LensDescription::Pupil(channels) = &lens.description else {
         return Ok(None);
     };
     // Unknown without the set that the lens was fitted to.
     let own_gap = ModelShare::of(lens, channels, None).map_or(0.0, |model| model.own_gap);
-    Ok(match bookkeeping::find(lens, channels, set, own_gap)? {
-        Some(Finding::Sure(found)) => Some(found),
-        Some(Finding::Suspected(_)) | None => None,
-    })
+    Ok(bookkeeping::find(lens, channels, set, own_gap)?.found)
 }
 
 /// Diagnoses the effects that `lens` lacks, whose own gap is that of `model`.

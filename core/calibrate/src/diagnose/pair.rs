@@ -6,9 +6,11 @@
 //! (`geometry`). Each window then gives a tile per channel: the PSF that the lens predicts there (`lens_view`) plus an
 //! estimate of the difference from it (`estimate`), with the response of that estimate (`response`).
 
+mod depth;
 mod estimate;
 mod geometry;
 mod lens_view;
+mod mistakes;
 mod offsets;
 mod patch;
 mod placement;
@@ -80,8 +82,10 @@ pub enum PairGeometry {
 pub struct PairSettings {
     /// Side of the tiles, px: odd, and larger than the widest blur.
     pub side: usize,
-    /// Object distance of the whole scene.
+    /// Object distance of the whole scene, where `vergence` is not given.
     pub distance: ObjectDistance,
+    /// Vergence of each pixel of the sharp image, 1 / distance in 1/m and 0 at infinity: windows at one distance are compared there.
+    pub vergence: Option<Vec<f32>>,
     /// Clipping level of both images, where known.
     pub clip: Option<f32>,
     /// Whether pixels of the sharp image are area means, as a camera's are. If not they are point samples, as
@@ -98,6 +102,7 @@ impl Default for PairSettings {
         Self {
             side: 33,
             distance: ObjectDistance::Unknown,
+            vergence: None,
             clip: None,
             area_means: false,
             most_patches: 48,
@@ -119,6 +124,8 @@ pub struct PlacedPictures {
     pub plate: Vec<Vec<f32>>,
     /// From pixels of the sharp image as given to those of the frame, by which it was moved.
     pub registration: Similarity,
+    /// Vergence of each pixel, 1/m, where the scene is not at one distance.
+    pub vergence: Option<Vec<f32>>,
     /// Whether the plate is distorted by the lens.
     pub distorted: bool,
     /// Reach of the blur that the tiles hold, px.
@@ -197,7 +204,10 @@ pub fn estimate_pair(
     let view = LensView {
         channels,
         frame,
-        vergence: predictor.vergence(settings.distance)?,
+        vergence: match &settings.vergence {
+            Some(each) => each.iter().map(|v| f64::from(*v)).sum::<f64>() / each.len() as f64,
+            None => predictor.vergence(settings.distance)?,
+        },
         positions: Positions::Undistorted,
     };
     let known = channels.iter().map(|c| c.name.as_str());
@@ -213,8 +223,12 @@ pub fn estimate_pair(
         positions: registered.positions,
         ..view
     };
+    let depth = registering.depth(sharp, &registered.transform)?;
+    let rendered_depth = depth.as_ref().map(depth::DepthPlane::rendered);
     let sharp = in_frame(&registered.sharp, sharp.quantisation);
-    let windows = windows::choose(&sharp, settings.side, settings.most_patches, settings.clip)?;
+    let (side, most) = (settings.side, settings.most_patches);
+    let chosen = windows::choose(&sharp, side, most, settings.clip, depth.as_ref())?;
+    let windows = chosen.windows;
     let job = registering.job(sharp, &windows);
     let rendered = if settings.area_means {
         None
@@ -223,12 +237,22 @@ pub fn estimate_pair(
             &view,
             &predictor,
             &job.sharp,
+            rendered_depth.as_deref(),
             &|share| progress(OFFSET_SHARE + share * (RENDERED_SHARE - OFFSET_SHARE)),
         )?)
     };
     let found = job.estimates(&view, &windows, rendered.as_deref())?;
     let remarks = placement.remark.into_iter();
-    let remarks = remarks.chain(registered.movement.remark()).collect();
+    let of_depth = (chosen.uneven > 0).then(|| {
+        format!(
+            "{} parts of the frame were left out: no window in them is at one distance",
+            chosen.uneven
+        )
+    });
+    let remarks = remarks.chain(registered.movement.remark());
+    let of_encoding =
+        mistakes::encoding_remark(&registered.sharp, &of_plate, frame.width_px() as usize);
+    let remarks = remarks.chain(of_depth).chain(of_encoding).collect();
     let (observed, tried) = (collected(&view, names, found, settings)?, windows.len());
     if observed.set.observations.is_empty() {
         return Err(Error::new(
@@ -248,6 +272,7 @@ pub fn estimate_pair(
             width: frame.width_px() as usize,
             height: frame.height_px() as usize,
             registration: registered.transform,
+            vergence: rendered_depth,
             distorted: registered.positions == Positions::Lens,
             sharp: registered.sharp,
             plate: of_plate,
@@ -316,7 +341,8 @@ impl Job<'_> {
         let clip = self.settings.clip;
         let measured = self.each(windows, [0.0, OFFSET_SHARE], |_, window| {
             let pictures = [&self.sharp, &self.plate];
-            offsets::measure(view, &self.plans, pictures, channel, window, clip)
+            let view = view.at(window);
+            offsets::measure(&view, &self.plans, pictures, channel, window, clip)
         })?;
         Ok(measured.into_iter().flatten().collect())
     }
@@ -330,6 +356,7 @@ impl Job<'_> {
         rendered: Option<&[Vec<f32>]>,
     ) -> Result<Vec<Option<WindowEstimate>>> {
         let mut found = self.each(windows, [RENDERED_SHARE, 1.0], |index, window| {
+            let view = &view.at(window);
             let place = WindowPlace {
                 index,
                 window,
@@ -483,6 +510,8 @@ fn observation(
         )
     };
     let file = format!("psf/{index:04}.exr");
+    let vergence = window.window.vergence;
+    let distance = vergence.map_or(settings.distance, depth::distance);
     let tiles = window.estimates.iter().map(tile).collect::<Result<_>>()?;
     let at = window.window.centre;
     let mut middle = at;
@@ -495,7 +524,7 @@ fn observation(
     Ok(Observation {
         ideal,
         noise_sigma: window.estimates.iter().map(|e| Some(e.sigma)).collect(),
-        ..Observation::new(file, middle, settings.distance, tiles)
+        ..Observation::new(file, middle, distance, tiles)
     })
 }
 
@@ -556,5 +585,7 @@ fn at_edges(set: &ObservationSet) -> f64 {
     if all > 0.0 { edge / all } else { 0.0 }
 }
 
+#[cfg(test)]
+mod depth_tests;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,12 @@
 //! Transfer curves that tiles of light never have.
 
+use seidel_optics::observations::ObservationSet;
 use seidel_optics::tile::Tile;
+
+/// Largest codes of 8, 10, 12 and 16 bits.
+const LARGEST_CODES: [f64; 4] = [255.0, 1023.0, 4095.0, 65_535.0];
+/// Largest sample of values of which 1 is white: highlights may exceed it.
+const MAX_OF_UNIT: f64 = 2.0;
 
 /// A curve from light to stored values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +43,16 @@ pub(super) const ENCODINGS: [(Encoding, &str); 6] = [
     ),
 ];
 
+/// Returns the value of white in the tiles of `set`: 1, or the least largest code that no sample exceeds.
+pub(super) fn white(set: &ObservationSet) -> f64 {
+    let tiles = set.observations.iter().flat_map(|o| &o.tiles);
+    let samples = tiles.flat_map(|tile| tile.samples().iter().copied());
+    let largest = f64::from(samples.fold(0.0, f32::max));
+    let mut codes = LARGEST_CODES.into_iter();
+    let code = codes.find(|code| largest > MAX_OF_UNIT && largest <= *code);
+    code.unwrap_or(1.0)
+}
+
 impl Encoding {
     /// Returns the light of `code`, a value of a tile whose largest value is `peak`.
     fn light(self, code: f64, peak: f64) -> f64 {
@@ -54,11 +70,12 @@ impl Encoding {
         }
     }
 
-    /// Returns the tile of light of one of codes.
-    pub(super) fn decoded(self, tile: &Tile) -> Option<Tile> {
+    /// Returns the tile of light of one of codes, of which `white` is white.
+    pub(super) fn decoded(self, tile: &Tile, white: f64) -> Option<Tile> {
         let peak = tile.samples().iter().copied().fold(0.0, f32::max);
-        let codes = tile.samples().iter().map(|code| f64::from(*code));
-        let light = codes.map(|code| self.light(code, f64::from(peak)) as f32);
+        let peak = f64::from(peak) / white;
+        let codes = tile.samples().iter().map(|code| f64::from(*code) / white);
+        let light = codes.map(|code| self.light(code, peak) as f32);
         Tile::new(tile.width(), tile.height(), light.collect()).ok()
     }
 }

@@ -8,6 +8,7 @@ use super::super::hypothesis::Hypothesis;
 use super::super::prediction::TilePredictor;
 use super::super::registration::Registration;
 use super::super::tiles::TileData;
+use super::denoising;
 use super::mistakes::{Change, LEFT_OF_IMITATED, Mistake};
 use super::sharpening::{UnsharpMask, blurred};
 
@@ -25,9 +26,9 @@ const MIN_SHARPENING: f64 = 0.15;
 const BLURS_PX: [f64; 6] = [0.5, 0.7, 1.0, 1.5, 2.0, 3.0];
 
 /// A tile with its prediction, both of unit sum.
-struct Pair<'a> {
-    tile: &'a TileData,
-    predicted: Vec<f64>,
+pub(super) struct Pair<'a> {
+    pub(super) tile: &'a TileData,
+    pub(super) predicted: Vec<f64>,
 }
 
 /// Returns the mistakes with an amount that `tiles` of `set` show, if `nothing` is missing.
@@ -44,11 +45,12 @@ pub(super) fn of(nothing: &Hypothesis, tiles: &[TileData], set: &ObservationSet)
     all.extend(offset(tiles));
     all.extend(black_level(&pairs, set.channels.len()));
     all.extend(sharpening(&pairs));
+    all.extend(denoising::find(&pairs));
     all
 }
 
 /// Returns the median of `values` and their median absolute deviation from it; `None` without any.
-fn median_and_scatter(values: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn median_and_scatter(values: &[f64]) -> Option<(f64, f64)> {
     if values.is_empty() {
         return None;
     }

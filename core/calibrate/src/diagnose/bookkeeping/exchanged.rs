@@ -27,6 +27,7 @@ pub(in super::super) fn find(
                 .to_owned(),
         gap_before: of_design,
         gap_after: of_set.max(0.0),
+        can_be_corrected: true,
         verdict: Verdict::NoGap,
         corrected: design.clone(),
     })

@@ -5,11 +5,12 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 
-use super::encodings::{ENCODINGS, Encoding};
+use super::denoising;
+use super::encodings::{ENCODINGS, Encoding, white};
 use super::sharpening::UnsharpMask;
 
 /// Largest share of the gap that the right mistake leaves: an effect beside it may leave a part.
-const LEFT: f64 = 0.2;
+pub(super) const LEFT: f64 = 0.2;
 /// The same of a mistake that an effect may imitate.
 pub(super) const LEFT_OF_IMITATED: f64 = 0.03;
 /// Largest number of distances of which every order is tried.
@@ -39,10 +40,15 @@ pub(super) enum Change {
     Channels(Vec<usize>),
     /// The stated and the true distance.
     Distances(Vec<(ObjectDistance, ObjectDistance)>),
-    Encoding(Encoding),
+    /// A curve, and the value of white.
+    Encoding(Encoding, f64),
     /// Constant of each channel, added to the background.
     BlackLevel(Vec<f64>),
     Sharpening(UnsharpMask),
+    /// Standard deviation of a blur, px.
+    Denoising(f64),
+    /// Factor of the stated noise.
+    NoiseScale(f64),
 }
 
 /// A symmetry of a rectangle: first rows and columns are exchanged, then each axis is mirrored.
@@ -128,7 +134,7 @@ pub(super) fn of_frame_and_samples(set: &ObservationSet) -> Vec<Mistake> {
     }
     all.extend(of_channels(set));
     all.extend(of_origin(set));
-    all.extend(of_samples());
+    all.extend(of_samples(set));
     all
 }
 
@@ -316,7 +322,7 @@ fn metres(distance: ObjectDistance) -> String {
     }
 }
 
-fn of_samples() -> Vec<Mistake> {
+fn of_samples(set: &ObservationSet) -> Vec<Mistake> {
     let mistake = |id, words: &str, remedy: &str, change| Mistake {
         id,
         words: words.to_owned(),
@@ -340,10 +346,14 @@ fn of_samples() -> Vec<Mistake> {
         ),
     ];
     let light = "Write tiles whose samples are proportional to light.";
-    all.extend(
-        ENCODINGS
-            .map(|(encoding, words)| mistake("encoding", words, light, Change::Encoding(encoding))),
-    );
+    let white = white(set);
+    all.extend(ENCODINGS.map(|(encoding, words)| {
+        let words = match white {
+            1.0 => words.to_owned(),
+            white => format!("{words}, in codes up to {white}"),
+        };
+        mistake("encoding", &words, light, Change::Encoding(encoding, white))
+    }));
     all
 }
 
@@ -419,8 +429,19 @@ impl Change {
                 // The mask changed the noise of pixels.
                 corrected.noise_sigma = vec![None; corrected.tiles.len()];
             }
-            Self::Encoding(encoding) => {
-                let decoded = corrected.tiles.iter().map(|tile| encoding.decoded(tile));
+            Self::Denoising(sigma_px) => {
+                let tiles = corrected.tiles.iter();
+                let tiles = tiles.map(|tile| denoising::undone(tile, *sigma_px));
+                corrected.tiles = tiles.collect::<Option<_>>()?;
+                corrected.noise_sigma = vec![None; corrected.tiles.len()];
+            }
+            Self::NoiseScale(factor) => {
+                let sigmas = corrected.noise_sigma.iter_mut().flatten();
+                sigmas.for_each(|sigma| *sigma *= factor);
+            }
+            Self::Encoding(encoding, white) => {
+                let tiles = corrected.tiles.iter();
+                let decoded = tiles.map(|tile| encoding.decoded(tile, *white));
                 corrected.tiles = decoded.collect::<Option<_>>()?;
                 // Noise of codes is another in each pixel of light.
                 corrected.noise_sigma = vec![None; corrected.tiles.len()];

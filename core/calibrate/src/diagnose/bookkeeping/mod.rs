@@ -4,20 +4,30 @@
 //! lens always leaves; an effect of optics is closed by none. Beside a strong effect a mistake is only suspected: it is one if effects do
 //! not explain the gap with it, and do without it.
 
+mod another_lens;
+mod between_sets;
+mod camera;
 mod crop;
+mod denoising;
 mod encodings;
 mod estimates;
 pub(super) mod exchanged;
 mod mistakes;
+mod noise_scale;
+mod screening;
 mod sharpening;
 #[cfg(test)]
 mod tests;
 
+pub(super) use another_lens::or_another_lens;
+pub use between_sets::{MistakeInSet, mistakes_between};
+
 use schemars::JsonSchema;
+use seidel_optics::effects::Effect;
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::predict::Predictor;
-use seidel_optics::profile::{LensProfile, PupilChannel};
+use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
 use serde::Serialize;
 
 use super::Verdict;
@@ -25,6 +35,7 @@ use super::gap_problem::mean_gap;
 use super::hypothesis::Hypothesis;
 use super::jitter;
 use super::tiles::{TileData, TileSet};
+use camera::{Contradiction, Side};
 use mistakes::Mistake;
 
 /// Least gap that a mistake of any weight leaves.
@@ -53,6 +64,8 @@ pub struct Bookkeeping {
     pub gap_before: f64,
     /// Gap of the same PSFs without it.
     pub gap_after: f64,
+    /// Whether the set can be corrected; not that of another lens.
+    pub can_be_corrected: bool,
     /// Verdict on the corrected set, to which all other figures belong.
     pub verdict: Verdict,
     /// The corrected set.
@@ -61,11 +74,124 @@ pub struct Bookkeeping {
 }
 
 /// A mistake as it was found.
-pub(super) enum Finding {
+#[derive(Debug, Clone)]
+pub enum FoundMistake {
     /// It explains most of the gap.
-    Sure(Bookkeeping),
+    Sure(Box<Bookkeeping>),
     /// It explains a part of the gap, and effects may explain the rest.
-    Suspected(Bookkeeping),
+    Suspected(Box<Bookkeeping>),
+}
+
+impl FoundMistake {
+    /// Returns the mistake if it is sure.
+    pub fn sure(self) -> Option<Bookkeeping> {
+        match self {
+            Self::Sure(found) => Some(*found),
+            Self::Suspected(_) => None,
+        }
+    }
+}
+
+/// The books of a set, compared with a lens by predictions.
+#[derive(Debug, Default)]
+pub(super) struct Books {
+    pub(super) found: Option<FoundMistake>,
+    /// A contradiction that is no mistake: the set was taken at other settings than those of the lens.
+    pub(super) remark: Option<String>,
+}
+
+/// A set and the lens that it is compared with.
+struct Comparison<'a> {
+    lens: &'a LensProfile,
+    channels: &'a [PupilChannel],
+    set: &'a ObservationSet,
+    /// Some of its PSFs.
+    sample: ObservationSet,
+    /// The gap of the sample.
+    before: f64,
+}
+
+impl<'a> Comparison<'a> {
+    /// Creates the comparison; `None` where a few PSFs cannot be compared with the lens.
+    fn new(
+        lens: &'a LensProfile,
+        channels: &'a [PupilChannel],
+        set: &'a ObservationSet,
+    ) -> Option<Self> {
+        let sample = sample(set);
+        // A few PSFs may cover too little of the field, where all of them do not.
+        let before = gap(lens, channels, &sample).ok()?;
+        Some(Self {
+            lens,
+            channels,
+            set,
+            sample,
+            before,
+        })
+    }
+
+    /// Returns the gap of `set`, a changed sample; `None` where the change leads out of the range of the lens, and is then none.
+    fn gap(&self, set: &ObservationSet) -> Option<f64> {
+        gap(self.lens, self.channels, set).ok()
+    }
+
+    /// Returns every mistake with the gap that it leaves, the commoner of similar ones first.
+    fn tried(&self) -> Result<Vec<(f64, Mistake)>> {
+        let nothing = Hypothesis::nothing(self.channels.len());
+        let tiles = placed_tiles(self.lens, self.channels, &self.sample)?;
+        // Before encodings, which a black level beside a tone curve resembles.
+        let mut all = estimates::of(&nothing, &tiles, &self.sample);
+        all.extend(mistakes::of_frame_and_samples(&self.sample));
+        if Predictor::new(self.lens)?.depends_on_depth() {
+            all.extend(mistakes::of_distances(&self.sample));
+        }
+        let tried = all.into_iter().filter_map(|mistake| {
+            let corrected = mistake.correct(&self.sample)?;
+            Some((self.gap(&corrected)?, mistake))
+        });
+        Ok(tried.collect())
+    }
+
+    /// Returns the mistake that leaves the gap `after`, with the whole set corrected.
+    fn found(&self, (after, mistake): (f64, Mistake)) -> Option<Box<Bookkeeping>> {
+        Some(Box::new(Bookkeeping {
+            corrected: mistake.correct(self.set)?,
+            mistake: mistake.id,
+            words: mistake.words,
+            remedy: mistake.remedy,
+            gap_before: self.before,
+            gap_after: after,
+            can_be_corrected: true,
+            verdict: Verdict::NoGap,
+        }))
+    }
+
+    /// Returns the contradiction between what set and lens state of the camera.
+    fn contradiction(&self) -> Option<Contradiction> {
+        let gap_of = |lens: &LensProfile| match &lens.description {
+            LensDescription::Pupil(channels) => gap(lens, channels, &self.sample).ok(),
+            LensDescription::Moments(_) => None,
+        };
+        camera::contradiction(self.lens, self.set, self.before, gap_of)
+    }
+
+    /// Returns the wrong statements of the camera as a mistake.
+    fn wrong_camera(&self, words: String) -> Box<Bookkeeping> {
+        Box::new(Bookkeeping {
+            mistake: "camera",
+            words: format!("{words}, and the tiles agree better with the lens"),
+            remedy: "State the camera with which the set was taken.".to_owned(),
+            gap_before: self.before,
+            gap_after: self.before,
+            can_be_corrected: true,
+            verdict: Verdict::NoGap,
+            corrected: ObservationSet {
+                camera: self.lens.camera.clone(),
+                pixel_pitch_um: self.lens.pixel_pitch_um,
+                ..self.set.clone()
+            },
+        })
+    }
 }
 
 /// Looks for a mistake that explains the gap between `lens`, whose own gap is `own_gap`, and `set`, or a part of it.
@@ -77,58 +203,92 @@ pub(super) fn find(
     channels: &[PupilChannel],
     set: &ObservationSet,
     own_gap: f64,
-) -> Result<Option<Finding>> {
-    let sample = sample(set);
-    // A few PSFs may cover too little of the field, where all of them do not.
-    let Ok(before) = gap(lens, channels, &sample) else {
-        return Ok(None);
+) -> Result<Books> {
+    let Some(books) = Comparison::new(lens, channels, set) else {
+        return Ok(Books::default());
     };
-    if before < MIN_GAP.max(MIN_RATIO * own_gap) {
-        return Ok(None);
+    // Gaps are less noise, so that those of all other mistakes need it.
+    if let Some(mistake) = noise_scale::find(&books.sample) {
+        let corrected = mistake.correct(&books.sample);
+        let after = corrected.and_then(|set| books.gap(&set));
+        let found = after.and_then(|after| books.found((after, mistake)));
+        return Ok(Books {
+            found: found.map(FoundMistake::Sure),
+            remark: None,
+        });
     }
-    let nothing = Hypothesis::nothing(channels.len());
-    let tiles = placed_tiles(lens, channels, &sample)?;
-    // Before encodings, which a black level beside a tone curve resembles.
-    let mut all = estimates::of(&nothing, &tiles, &sample);
-    all.extend(mistakes::of_frame_and_samples(&sample));
-    if Predictor::new(lens)?.depends_on_depth() {
-        all.extend(mistakes::of_distances(&sample));
+    let mut found = match books.before < MIN_GAP.max(MIN_RATIO * own_gap) {
+        true => None,
+        false => of_gap(&books)?,
+    };
+    let mut remark = None;
+    if let Some(Contradiction { words, side }) = books.contradiction() {
+        match side {
+            Side::Set(after) => {
+                remark = Some(format!(
+                    "{words}; at the settings of the set the lens leaves a gap of {:.2} % in place of {:.2} %: \
+                     compare the set with the lens at these settings",
+                    100.0 * after,
+                    100.0 * books.before
+                ));
+            }
+            Side::Lens if matches!(found, Some(FoundMistake::Sure(_))) => remark = Some(words),
+            Side::Lens => found = Some(FoundMistake::Sure(books.wrong_camera(words))),
+        }
     }
-    // A change may lead out of the range of the lens, and is then none.
-    let tried = all.into_iter().filter_map(|mistake| {
-        let corrected = mistake.correct(&sample)?;
-        Some((gap(lens, channels, &corrected).ok()?, mistake))
-    });
-    let tried: Vec<(f64, Mistake)> = tried.collect();
+    Ok(Books { found, remark })
+}
+
+/// Returns the mistake that explains the gap or a part of it.
+fn of_gap(books: &Comparison) -> Result<Option<FoundMistake>> {
+    let tried = books.tried()?;
     let least = tried.iter().map(|(gap, _)| *gap);
     let least = least.fold(f64::INFINITY, f64::min).max(0.0);
     let best = tried.into_iter().filter(|(after, _)| {
-        *after <= EQUAL * least + 1e-4 && *after <= MAX_LEFT.min(SUSPECTED * before)
+        *after <= EQUAL * least + 1e-4 && *after <= MAX_LEFT.min(SUSPECTED * books.before)
     });
-    let is_sure = |(after, mistake): &(f64, Mistake)| *after <= mistake.largest_share * before;
+    let is_sure =
+        |(after, mistake): &(f64, Mistake)| *after <= mistake.largest_share * books.before;
     let (mut sure, suspected): (Vec<_>, Vec<_>) = best.partition(is_sure);
     if sure.is_empty() {
-        let gap_of = |set: &ObservationSet| gap(lens, channels, set).ok();
-        sure.extend(crop::find(&sample, before, gap_of));
+        sure.extend(crop::find(&books.sample, books.before, |set| {
+            books.gap(set)
+        }));
     }
-    let found = |(after, mistake): (f64, Mistake)| {
-        Some(Bookkeeping {
-            corrected: mistake.correct(set)?,
-            mistake: mistake.id,
-            words: mistake.words,
-            remedy: mistake.remedy,
-            gap_before: before,
-            gap_after: after,
-            verdict: Verdict::NoGap,
-        })
-    };
-    Ok(if sure.is_empty() {
-        let first = suspected.into_iter().next();
-        first.and_then(found).map(Finding::Suspected)
-    } else {
-        let first = sure.into_iter().next();
-        first.and_then(found).map(Finding::Sure)
+    let first = |found: Vec<(f64, Mistake)>| books.found(found.into_iter().next()?);
+    Ok(match sure.is_empty() {
+        true => first(suspected).map(FoundMistake::Suspected),
+        false => first(sure).map(FoundMistake::Sure),
     })
+}
+
+/// Returns the mistakes that may stand beside effects, the likelier first: the `suspected` one, that which a single effect of `library` complements best,
+/// and that which explains what `corrected`, the lens with the effects found in the set as it stands, leaves.
+///
+/// # Errors
+/// A set that cannot be compared with the lens.
+pub(super) fn beside_effects(
+    lens: &LensProfile,
+    channels: &[PupilChannel],
+    set: &ObservationSet,
+    corrected: &LensProfile,
+    library: &[&'static dyn Effect],
+    suspected: Option<Bookkeeping>,
+) -> Result<Vec<Bookkeeping>> {
+    let Some(books) = Comparison::new(lens, channels, set) else {
+        return Ok(Vec::new());
+    };
+    let tried = books.tried()?;
+    let screened = screening::best(lens, channels, &books.sample, books.before, library, tried);
+    let mut all = Vec::from_iter(suspected.map(Box::new));
+    all.extend(screened.and_then(|found| books.found(found)));
+    if let LensDescription::Pupil(channels) = &corrected.description {
+        let of_rest = find(corrected, channels, set, 0.0)?.found;
+        let of_rest = of_rest.and_then(FoundMistake::sure);
+        all.extend(of_rest.filter(|m| m.mistake != "camera").map(Box::new));
+    }
+    all.dedup_by(|next, kept| next.words == kept.words);
+    Ok(all.into_iter().map(|found| *found).collect())
 }
 
 /// Returns a set of some observations, spread over the order of `set` and over its distances.

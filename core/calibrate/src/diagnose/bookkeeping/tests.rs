@@ -4,14 +4,15 @@ use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::lens::VergenceSeries;
+use seidel_optics::numeric::SplitMix64;
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::predict::{Predictor, predict_set};
-use seidel_optics::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
+use seidel_optics::profile::{Controls, LensDescription, LensProfile, Provenance, PupilChannel};
 use seidel_optics::psf::Pupil;
 use seidel_optics::tile::Tile;
 
 use super::sharpening::blurred;
-use crate::diagnose::{Bookkeeping, find_mistake};
+use crate::diagnose::{Bookkeeping, FoundMistake, find_mistake};
 
 const FRAME: (u32, u32) = (1600, 900);
 const SIDE: usize = 25;
@@ -95,7 +96,8 @@ fn changed(set: &ObservationSet, change: impl Fn(usize, &mut Observation)) -> Ob
 }
 
 fn found(lens: &LensProfile, set: &ObservationSet) -> Option<Bookkeeping> {
-    find_mistake(lens, set).expect("comparable")
+    let found = find_mistake(lens, set).expect("comparable");
+    found.and_then(FoundMistake::sure)
 }
 
 const WHOLE: [f64; 4] = [60.0, 40.0, 1540.0, 860.0];
@@ -170,6 +172,11 @@ fn values_that_are_not_light_are_named() {
         (&|o| each(&o.tiles, srgb), "encoding", "sRGB"),
         (&|o| each(&o.tiles, log_c), "encoding", "LogC3"),
         (
+            &|o| each(&o.tiles, |v| 255.0 * srgb(v)),
+            "encoding",
+            "in codes up to 255",
+        ),
+        (
             &|o| each(&o.tiles, |v| v.max(0.0).powf(2.2)),
             "encoding",
             "decoded",
@@ -185,6 +192,92 @@ fn values_that_are_not_light_are_named() {
         assert_eq!(found.mistake, id, "{}", found.words);
         assert!(found.words.contains(words), "{}", found.words);
     }
+}
+
+/// Adds noise of the standard deviation `sigma` to tiles, and states it.
+fn noisy(set: &ObservationSet, sigma: f64) -> ObservationSet {
+    let mut random = SplitMix64::new(5);
+    let mut set = set.clone();
+    for observation in &mut set.observations {
+        for tile in &mut observation.tiles {
+            let samples = tile.samples().iter().map(|v| {
+                let sum: f64 = (0..12).map(|_| random.unit() - 0.5).sum();
+                v + (sigma * sum) as f32
+            });
+            *tile = Tile::new(SIDE, SIDE, samples.collect()).expect("finite");
+        }
+        observation.noise_sigma.fill(Some(sigma));
+    }
+    set
+}
+
+#[test]
+fn noise_that_is_blurred_or_in_another_unit_is_named_and_a_blur_of_the_lens_is_not() {
+    let lens = lens();
+    let sigma = 2e-4;
+    let whole = noisy(&set(&lens, WHOLE), sigma);
+    assert!(found(&lens, &whole).is_none());
+    let soft = |tile: &Tile| {
+        let light: Vec<f64> = tile.samples().iter().map(|v| f64::from(*v)).collect();
+        let soft = blurred(&light, SIDE, SIDE, 0.85);
+        let samples = soft.into_iter().map(|v| v as f32).collect();
+        Tile::new(SIDE, SIDE, samples).expect("finite")
+    };
+    let softened =
+        |set: &ObservationSet| changed(set, |_, o| o.tiles = o.tiles.iter().map(soft).collect());
+    let denoised = found(&lens, &softened(&whole)).expect("blurred noise");
+    assert_eq!(denoised.mistake, "denoising", "{}", denoised.words);
+    assert!(denoised.words.contains("0.85"), "{}", denoised.words);
+    // The same blur before the noise.
+    let by_optics = noisy(&softened(&set(&lens, WHOLE)), sigma);
+    assert!(found(&lens, &by_optics).is_none());
+    for (factor, words) in [(255.0, "too large"), (1.0 / 4095.0, "4095 times too small")] {
+        let wrong = changed(&whole, |_, o| o.noise_sigma.fill(Some(factor * sigma)));
+        let found = found(&lens, &wrong).expect("wrong noise");
+        assert_eq!(found.mistake, "noise_scale", "{}", found.words);
+        assert!(found.words.contains(words), "{}", found.words);
+    }
+}
+
+#[test]
+fn a_camera_that_the_tiles_contradict_is_named_and_other_settings_are_a_remark() {
+    let mut lens = lens();
+    lens.camera.f_number = Some(4.0);
+    lens.pixel_pitch_um = Some(5.0);
+    let mut whole = set(&lens, WHOLE);
+    whole.camera.f_number = Some(4.0);
+    whole.pixel_pitch_um = Some(5.0);
+    assert!(found(&lens, &whole).is_none());
+    let mut wrong = whole.clone();
+    wrong.camera.f_number = Some(5.6);
+    wrong.pixel_pitch_um = Some(10.0);
+    let camera = found(&lens, &wrong).expect("a contradiction");
+    assert_eq!(camera.mistake, "camera");
+    for words in [
+        "f-number of 5.6, the lens 4",
+        "pixel pitch of 10 µm, the lens 5 µm",
+    ] {
+        assert!(camera.words.contains(words), "{}", camera.words);
+    }
+    assert_eq!(camera.corrected.camera, lens.camera);
+    // A set that was taken at f/5.6.
+    let stopped = Controls {
+        f_number: Some(5.6),
+        ..Controls::default()
+    };
+    let mut stopped = set(&lens.with_controls(&stopped).expect("known"), WHOLE);
+    stopped.camera.f_number = Some(5.6);
+    let LensDescription::Pupil(channels) = &lens.description else {
+        panic!("the lens has rays");
+    };
+    let books = super::find(&lens, channels, &stopped, 0.0).expect("comparable");
+    assert!(
+        !matches!(&books.found, Some(FoundMistake::Sure(_))),
+        "{:?}",
+        books.found
+    );
+    let remark = books.remark.expect("other settings");
+    assert!(remark.contains("at the settings of the set"), "{remark}");
 }
 
 #[test]

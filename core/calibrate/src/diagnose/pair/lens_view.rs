@@ -30,6 +30,16 @@ pub(super) struct LensView<'a> {
     pub(super) positions: Positions,
 }
 
+impl<'a> LensView<'a> {
+    /// Returns the view at the distance of `window`.
+    pub(super) fn at(&self, window: Window) -> LensView<'a> {
+        LensView {
+            vergence: window.vergence.unwrap_or(self.vergence),
+            ..*self
+        }
+    }
+}
+
 impl LensView<'_> {
     /// Returns the displacement of the centroid of `channel` at point `ideal` of the frame, px.
     pub(super) fn displacement(&self, channel: usize, ideal: ImagePoint) -> [f64; 2] {

@@ -19,6 +19,8 @@ pub(super) struct Window {
     /// Centroid of the texture, in pixels of the sharp picture. A PSF that changes linearly over the window is estimated as
     /// it is there.
     pub(super) centre: ImagePoint,
+    /// Object vergence, 1/m, where it is not that of the whole scene.
+    pub(super) vergence: Option<f64>,
 }
 
 impl Window {

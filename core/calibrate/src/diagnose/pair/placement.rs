@@ -1,6 +1,6 @@
 //! Pictures of another size or crop, placed in the frame of the lens.
 
-use super::PairImage;
+use super::{PairImage, mistakes};
 use crate::registration::{Picture, Planes, Registration, Similarity, register};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
@@ -66,6 +66,11 @@ pub(super) fn place(
     let picture = |image: &PairImage<'_>| Picture::mean_of(image.width, image.height, image.planes);
     let found = register(&picture(sharp), &picture(plate));
     let fill = of_sharp == size && of_plate == size;
+    if found.is_err()
+        && let Some(error) = mistakes::turned(sharp, plate)
+    {
+        return Err(error);
+    }
     let found = match found {
         // Windows will say why where the pictures fit but have no detail.
         Err(_) if fill => return Ok(Placement::ALIGNED),

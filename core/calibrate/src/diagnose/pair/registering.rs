@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
+use super::depth::DepthPlane;
 use super::estimate::Plans;
 use super::geometry::{self, Movement, Tolerance};
 use super::lens_view::{LensView, Positions};
@@ -48,6 +49,20 @@ impl<'a> Registering<'a> {
         }
     }
 
+    /// Returns the depth of the scene, moved with `sharp` by `transform`; `None` where it is at one distance.
+    pub(super) fn depth(
+        &self,
+        sharp: &PairImage<'_>,
+        transform: &Similarity,
+    ) -> Result<Option<DepthPlane>> {
+        let LensView {
+            channels, frame, ..
+        } = &self.view;
+        let vergence = self.settings.vergence.as_deref();
+        let plane = vergence.map(|v| DepthPlane::new(channels, frame, sharp, v, transform));
+        plane.transpose()
+    }
+
     /// Moves `sharp` by `placed` into the frame, and measures what is left until nothing is.
     ///
     /// The sharp picture is resampled, never the plate: light between its pixels is then where a renderer, which blurs pixel by
@@ -72,8 +87,9 @@ impl<'a> Registering<'a> {
                 planes: &planes,
                 ..self.plate
             };
-            let windows =
-                windows::choose(&image, self.settings.side, self.settings.most_patches, clip)?;
+            let depth = self.depth(sharp, &transform)?;
+            let (side, most) = (self.settings.side, self.settings.most_patches);
+            let windows = windows::choose(&image, side, most, clip, depth.as_ref())?.windows;
             let job = self.job(image, &windows);
             let offsets = job.offsets(view, &windows, self.reference)?;
             let found = geometry::decide(view, &offsets, wanted, tolerance);

@@ -21,6 +21,7 @@ pub(super) fn rendered(
     view: &LensView<'_>,
     lens: &Predictor,
     sharp: &PairImage<'_>,
+    depth: Option<&[f32]>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Vec<f32>>> {
     let known = |v: &f32| if v.is_finite() { *v } else { 0.0 };
@@ -35,7 +36,10 @@ pub(super) fn rendered(
             origin: ImagePoint::new(0.0, 0.0),
             scale: 1.0,
         },
-        vergence: VergencePass::Constant(view.vergence),
+        vergence: depth.map_or(
+            VergencePass::Constant(view.vergence),
+            VergencePass::PerPixel,
+        ),
         edges: Edges::Mirror,
         displacement: match view.positions {
             Positions::Lens => Displacement::Full,

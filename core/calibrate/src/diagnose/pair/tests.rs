@@ -10,8 +10,8 @@ use seidel_optics::moments::pixels::{PIXEL_VARIANCE_PX2, TileMoments};
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::profile::{LensDescription, Provenance, PupilChannel};
 
-const SIZE: (usize, usize) = (420, 300);
-const SIDE: usize = 21;
+pub(super) const SIZE: (usize, usize) = (420, 300);
+pub(super) const SIDE: usize = 21;
 
 /// Variances along x and y at a place, px²: they change over the field.
 fn planted(x: f64, y: f64) -> (f64, f64) {
@@ -19,7 +19,7 @@ fn planted(x: f64, y: f64) -> (f64, f64) {
 }
 
 /// A texture of noise with some light of its own.
-fn texture() -> Vec<f32> {
+pub(super) fn texture() -> Vec<f32> {
     let mut random = SplitMix64::new(5);
     (0..SIZE.0 * SIZE.1)
         .map(|_| (0.2 + random.unit()) as f32)
@@ -63,7 +63,7 @@ fn blurred(sharp: &[f32], noise: f64) -> Vec<f32> {
 }
 
 /// A lens without aberrations that blurs every point by `variance`, px², besides the pixel.
-fn lens(variance: f64) -> LensProfile {
+pub(super) fn lens(variance: f64) -> LensProfile {
     let constant = VergenceSeries::constant;
     let channel = PupilChannel {
         name: "Y".to_owned(),
@@ -92,7 +92,7 @@ fn lens(variance: f64) -> LensProfile {
     }
 }
 
-fn picture(planes: &[Vec<f32>]) -> PairImage<'_> {
+pub(super) fn picture(planes: &[Vec<f32>]) -> PairImage<'_> {
     PairImage {
         width: SIZE.0,
         height: SIZE.1,
@@ -483,7 +483,8 @@ fn windows_of_an_aligned_plate_have_no_offset() {
     let (sharp, plate) = ([texture()], [blurred(&texture(), 0.0)]);
     let (sharp, plate) = (picture(&sharp), picture(&plate));
     let lens = lens(2.5);
-    let windows = windows::choose(&sharp, SIDE, 12, None).expect("large enough");
+    let chosen = windows::choose(&sharp, SIDE, 12, None, None);
+    let windows = chosen.expect("large enough").windows;
     let plans = Plans::new(SIDE, windows[0].square());
     for window in windows {
         let measured = offsets::measure(&view(&lens), &plans, [&sharp, &plate], 0, window, None);

@@ -1,6 +1,7 @@
 //! Choice of the windows from which tiles are estimated: spread over the frame, in the best-textured places.
 
 use super::PairImage;
+use super::depth::DepthPlane;
 use super::patch::{Window, taper};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::ImagePoint;
@@ -12,6 +13,13 @@ const MOST_OVERLAP: f64 = 0.5;
 /// Steps between the places tried in a block, as a share of the window's side.
 const STEP: f64 = 1.0 / 8.0;
 
+/// Windows, and the number of blocks without one.
+pub(super) struct Chosen {
+    pub(super) windows: Vec<Window>,
+    /// Blocks in which no window is at one distance.
+    pub(super) uneven: usize,
+}
+
 /// Returns at most `most` windows for tiles of side `tile`: the frame is divided into blocks, and each gets one where the
 /// sharp picture has the largest gradients that are not clipped.
 ///
@@ -22,7 +30,8 @@ pub(super) fn choose(
     tile: usize,
     most: usize,
     clip: Option<f32>,
-) -> Result<Vec<Window>> {
+    depth: Option<&DepthPlane>,
+) -> Result<Chosen> {
     let (side, margin) = (WINDOW_TILES * tile, tile / 2);
     let (width, height) = (sharp.width, sharp.height);
     let room = |size: usize| size.checked_sub(side + 2 * margin);
@@ -52,7 +61,15 @@ pub(super) fn choose(
         let (first, last) = (first + keep, last - keep);
         (first..=last).step_by(step).collect::<Vec<_>>()
     };
+    // The light of a window comes from its margins too.
+    let vergence_at = |left: usize, top: usize| {
+        let corner = [left - margin, top - margin];
+        depth.map_or(Some(None), |d| {
+            d.of_square(corner, side + 2 * margin).map(Some)
+        })
+    };
     let mut windows = Vec::with_capacity(columns * rows);
+    let mut uneven = 0;
     for row in 0..rows {
         for column in 0..columns {
             let lefts = tried(interval(column, columns, wide), columns);
@@ -60,21 +77,38 @@ pub(super) fn choose(
             let places = tops
                 .iter()
                 .flat_map(|&top| lefts.iter().map(move |&left| (left, top)));
-            let best = places
-                .map(|(left, top)| (texture.inside(left, top, side), left, top))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((_, left, top)) = best {
+            let at_one_distance = places.filter_map(|(left, top)| {
+                let vergence = vergence_at(left, top)?;
+                Some((texture.inside(left, top, side), left, top, vergence))
+            });
+            let best = at_one_distance.max_by(|a, b| a.0.total_cmp(&b.0));
+            uneven += usize::from(best.is_none());
+            if let Some((_, left, top, vergence)) = best {
                 windows.push(Window {
                     left,
                     top,
                     side,
                     tile,
                     centre: texture_centroid(sharp, clip, [left, top], side),
+                    vergence,
                 });
             }
         }
     }
-    Ok(windows)
+    if windows.is_empty() {
+        return Err(Error::new(
+            "depth",
+            format!("changes within every window of {} px", side + 2 * margin),
+            "give smaller tiles, or pictures of a scene whose parts are each at one distance",
+        ));
+    }
+    if let Some(depth) = depth {
+        let own: Vec<f64> = windows.iter().filter_map(|w| w.vergence).collect();
+        for (window, level) in windows.iter_mut().zip(depth.levels(&own)) {
+            window.vergence = Some(level);
+        }
+    }
+    Ok(Chosen { windows, uneven })
 }
 
 /// Returns the numbers of columns and rows of blocks: at least `step` px each, at most `most` in all, nearly square.
@@ -187,7 +221,8 @@ mod tests {
             planes,
             quantisation: None,
         };
-        choose(&picture, 9, most, Some(0.99)).expect("large enough")
+        let chosen = choose(&picture, 9, most, Some(0.99), None);
+        chosen.expect("large enough").windows
     }
 
     #[test]
