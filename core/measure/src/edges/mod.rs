@@ -178,7 +178,7 @@ struct Found {
     edges: Vec<Edge>,
     left_out: Vec<LeftOut>,
     gain: Option<f64>,
-    /// What the noise says about the processing of the photograph.
+    /// Processing of the photograph that its noise shows.
     concern: Option<Concern>,
     /// Error of the variance of its edges, px².
     variance_error_px2: f64,
