@@ -34,6 +34,8 @@ struct Fault {
     moved: [f64; 2],
     /// Pixels are so much wider than high in the scene.
     squeeze: Option<f64>,
+    /// The blur is that of another lens, so much wider.
+    wider: Option<f64>,
 }
 
 /// Returns the light of every pixel of dark squares.
@@ -43,7 +45,8 @@ fn light(fault: Fault) -> Vec<f64> {
         let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * random.unit()).cos()
     };
-    let inside = |off: f64| normal_cdf((off + HALF) / BLUR) - normal_cdf((off - HALF) / BLUR);
+    let blur = BLUR * fault.wider.unwrap_or(1.0);
+    let inside = |off: f64| normal_cdf((off + HALF) / blur) - normal_cdf((off - HALF) / blur);
     // The share of a place that a square covers: that of its cell.
     let covered_at = |x: f64, y: f64| {
         let [column, row] = [x, y].map(|v| (v / PITCH).floor());
@@ -68,22 +71,38 @@ fn light(fault: Fault) -> Vec<f64> {
     all
 }
 
-fn measured(samples: Vec<f64>) -> MeasuredEdges {
-    let photograph = Photograph {
-        name: "a.tif".to_owned(),
+/// Returns the photograph called `name` with these planes, of R, G and B or of G alone.
+fn photograph(name: &str, planes: &[Vec<f64>]) -> Photograph {
+    let counts = planes
+        .iter()
+        .map(|samples| samples.iter().map(|v| (v * 16_000.0) as f32).collect());
+    let channels: &[&str] = if planes.len() == 3 {
+        &["R", "G", "B"]
+    } else {
+        &["G"]
+    };
+    Photograph {
+        name: name.to_owned(),
         width: WIDTH,
         height: HEIGHT,
-        planes: vec![samples.iter().map(|v| (v * 16_000.0) as f32).collect()],
-        channels: vec!["G".to_owned()],
+        planes: counts.collect(),
+        channels: channels.iter().map(|c| (*c).to_owned()).collect(),
         mosaic: None,
         white: f32::INFINITY,
         distance: ObjectDistance::Metres(2.0),
         gain: None,
         errors: SampleErrors::default(),
         bad: Vec::new(),
-    };
+    }
+}
+
+fn measured_of(photographs: Vec<Photograph>) -> MeasuredEdges {
     let settings = EdgeSettings::default();
-    measure_edges(vec![photograph], &Calibration::default(), &settings).expect("edges")
+    measure_edges(photographs, &Calibration::default(), &settings).expect("edges")
+}
+
+fn measured(samples: Vec<f64>) -> MeasuredEdges {
+    measured_of(vec![photograph("a.tif", &[samples])])
 }
 
 fn departures(samples: Vec<f64>) -> Departures {
@@ -102,6 +121,70 @@ fn a_still_photograph_has_no_departures() {
     assert!(
         (found.variance_px2 / (BLUR * BLUR) - 1.0).abs() < 0.1,
         "{found:?}"
+    );
+}
+
+#[test]
+fn interpolated_colours_are_named_and_widen_the_stated_errors() {
+    let raw = light(Fault::default());
+    let clean = measured(raw.clone());
+    assert!(clean.concerns.is_empty(), "{:?}", clean.concerns);
+    // Bilinear interpolation of the mosaic RGGB.
+    let is_of = |channel: usize, x: usize, y: usize| [0, 1, 1, 2][2 * (y % 2) + x % 2] == channel;
+    let plane = |channel: usize| -> Vec<f64> {
+        let at = |k: usize| {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for (dx, dy) in (0..9).map(|n| (n % 3, n / 3)) {
+                let (x, y) = (k % WIDTH + dx, k / WIDTH + dy);
+                let inside = (1..=WIDTH).contains(&x) && (1..=HEIGHT).contains(&y);
+                if inside && is_of(channel, x - 1, y - 1) {
+                    let weight = [1.0, 2.0, 1.0][dx] * [1.0, 2.0, 1.0][dy];
+                    sum += weight * raw[(y - 1) * WIDTH + x - 1];
+                    weights += weight;
+                }
+            }
+            sum / weights
+        };
+        (0..WIDTH * HEIGHT).map(at).collect()
+    };
+    let planes = [0, 1, 2].map(plane);
+    let found = measured_of(vec![photograph("b.tif", &planes)]);
+    let [concern] = &found.concerns[..] else {
+        panic!("{:?}", found.concerns);
+    };
+    assert!(concern.error.to_string().contains("interpolated colours"));
+    let is_covered = |edge: &&Edge| {
+        (edge.variance_px2 + 1.0 / 12.0 - BLUR * BLUR).abs() < 1.96 * edge.variance_sigma
+    };
+    let edges = &found.set.edges;
+    let covered = edges.iter().filter(is_covered).count();
+    assert!(
+        covered as f64 > 0.9 * edges.len() as f64,
+        "{covered} of {}",
+        edges.len()
+    );
+}
+
+#[test]
+fn two_lenses_at_one_distance_are_named() {
+    let photographs = |wider| {
+        let second = Fault {
+            wider,
+            ..Fault::default()
+        };
+        let all = [("a.tif", Fault::default()), ("b.tif", second)];
+        let all = all.map(|(name, fault)| photograph(name, &[light(fault)]));
+        measured_of(all.to_vec()).concerns
+    };
+    assert!(photographs(None).is_empty());
+    let found = photographs(Some(1.1));
+    let [concern] = &found[..] else {
+        panic!("{found:?}");
+    };
+    let text = concern.error.to_string();
+    assert!(
+        text.contains("another lens") && text.contains("a.tif"),
+        "{text}"
     );
 }
 

@@ -39,6 +39,7 @@ pub mod photon_transfer;
 pub mod printed;
 pub mod profile_fit;
 pub mod rejection;
+mod robust_fit;
 pub mod smooth_field;
 
 pub use calibration::Calibration;

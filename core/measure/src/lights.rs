@@ -15,7 +15,7 @@ use seidel_optics::tile::Tile;
 
 use crate::background::Background;
 use crate::calibration::{Calibration, check_alike};
-use crate::checks::{Concern, Severity};
+use crate::checks::{self, Concern};
 use crate::detection::{Filtered, Peak, Signal};
 use crate::photograph::Photograph;
 use crate::profile_fit::Profile;
@@ -44,7 +44,7 @@ impl Default for LightSettings {
         Self {
             tile: TileSize::Auto,
             detection_snr: 8.0,
-            min_snr: 40.0,
+            min_snr: 25.0,
             leave_out: Vec::new(),
             keep: Vec::new(),
         }
@@ -414,20 +414,7 @@ fn none_kept(left_out: &[LeftOut]) -> Error {
 impl LightSet {
     /// Returns the first fault of the photographs for which no lens should be measured.
     pub fn refusal(&self) -> Option<&Error> {
-        let refused = |concern: &&Concern| concern.severity == Severity::Refuse;
-        self.concerns
-            .iter()
-            .find(refused)
-            .map(|concern| &concern.error)
-    }
-
-    /// Returns the error of a pixel that the concerns add, as a share of the peak of its light.
-    fn added_error(&self) -> f64 {
-        let shares = self.concerns.iter().map(|concern| match concern.severity {
-            Severity::Widen(share) => share,
-            Severity::Refuse | Severity::Note => 0.0,
-        });
-        shares.fold(0.0, f64::max)
+        checks::refusal(&self.concerns)
     }
 
     fn add_warnings(&mut self) {
@@ -521,7 +508,7 @@ impl LightSet {
                 })
             })
             .collect();
-        let share = self.added_error();
+        let share = checks::added_error(&self.concerns);
         let noise_sigma = light
             .noise_sigma
             .iter()

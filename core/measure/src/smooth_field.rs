@@ -3,7 +3,7 @@
 //! PSFs change over the field, most of all at its corners. A light is compared with this field, and not with the mean of
 //! its neighbours, which would reject the corners.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use seidel_optics::numeric::{dot, scatter};
 
@@ -14,11 +14,14 @@ const MAX_DEGREE: usize = 4;
 /// Clipping threshold in standard deviations, and the largest number of iterations.
 const CLIP_SIGMAS: f64 = 4.5;
 const MAX_ITERATIONS: usize = 12;
+/// Least share of its own departure that a value shows.
+const MIN_FREEDOM: f64 = 0.1;
 
 /// Departures of values from a smooth field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Departures {
-    /// Value less field, one for each value.
+    /// Value less field, one for each value; over the root of one less its leverage where the value took part in the fit, since a
+    /// polynomial follows single values at the border of the frame.
     pub residuals: Vec<f64>,
     /// Standard deviation of those that follow the field.
     pub scatter: f64,
@@ -34,16 +37,23 @@ pub fn departures(places: &[[f64; 2]], values: &[f64], sigmas: &[f64]) -> Option
     let mut kept = vec![true; values.len()];
     let mut found = None;
     for _ in 0..MAX_ITERATIONS {
-        let coefficients = solve(places, values, sigmas, &kept, degree)?;
-        let residuals: Vec<f64> = (places.iter().zip(values))
-            .map(|(place, value)| value - dot(&row(*place, degree), coefficients.as_slice()))
+        let fit = solve(places, values, sigmas, &kept, degree)?;
+        let residuals: Vec<f64> = (0..values.len())
+            .map(|k| {
+                let own = row(places[k], degree);
+                let departure = values[k] - dot(&own, fit.coefficients.as_slice());
+                let leverage = if kept[k] {
+                    fit.leverage(&own, sigmas[k])
+                } else {
+                    0.0
+                };
+                departure / (1.0 - leverage).max(MIN_FREEDOM).sqrt()
+            })
             .collect();
         let of_kept: Vec<f64> = (residuals.iter().zip(&kept))
             .filter_map(|(r, k)| k.then_some(*r))
             .collect();
-        // A polynomial follows its values, so their scatter about it is too small.
-        let freedom = 1.0 - terms(degree) as f64 / of_kept.len().max(terms(degree) + 1) as f64;
-        let scatter = (scatter(&of_kept) / freedom.max(0.2).sqrt()).max(floor);
+        let scatter = scatter(&of_kept).max(floor);
         let now: Vec<bool> = (residuals.iter().zip(sigmas))
             .map(|(r, sigma)| r.abs() < CLIP_SIGMAS * scatter.max(*sigma))
             .collect();
@@ -73,15 +83,14 @@ fn solve(
     sigmas: &[f64],
     kept: &[bool],
     degree: usize,
-) -> Option<DVector<f64>> {
+) -> Option<FieldFit> {
     let count = terms(degree);
     let mut normal = DMatrix::zeros(count, count);
     let mut right = DVector::zeros(count);
     let typical = seidel_optics::numeric::median(&mut sigmas.to_vec()).max(f64::MIN_POSITIVE);
     for k in (0..values.len()).filter(|k| kept[*k]) {
         let row = row(places[k], degree);
-        // Bright lights are no better than the field is smooth.
-        let weight = 1.0 / (1.0 + (sigmas[k] / typical).powi(2));
+        let weight = weight(sigmas[k], typical);
         for a in 0..count {
             right[a] += weight * row[a] * values[k];
             for b in 0..count {
@@ -92,7 +101,33 @@ fn solve(
     for a in 0..count {
         normal[(a, a)] *= 1.0 + 1e-9;
     }
-    normal.cholesky().map(|c| c.solve(&right))
+    let cholesky = normal.cholesky()?;
+    Some(FieldFit {
+        coefficients: cholesky.solve(&right),
+        cholesky,
+        typical,
+    })
+}
+
+/// Returns the weight of a value: bright lights are no better than the field is smooth.
+fn weight(sigma: f64, typical: f64) -> f64 {
+    1.0 / (1.0 + (sigma / typical).powi(2))
+}
+
+/// A polynomial through the values, with its normal equations.
+struct FieldFit {
+    coefficients: DVector<f64>,
+    cholesky: Cholesky<f64, Dyn>,
+    /// Median standard deviation of the values.
+    typical: f64,
+}
+
+impl FieldFit {
+    /// Returns the share of a value in the field at its own place.
+    fn leverage(&self, row: &[f64], sigma: f64) -> f64 {
+        let row = DVector::from_column_slice(row);
+        weight(sigma, self.typical) * row.dot(&self.cholesky.solve(&row))
+    }
 }
 
 #[cfg(test)]

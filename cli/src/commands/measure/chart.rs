@@ -14,6 +14,7 @@ use seidel_measure::{Calibration, Photograph, Reason};
 use serde_json::{Map, Value, json};
 
 use super::common::CommonArgs;
+use super::faults::{self, ForceArgs, Insistence};
 use super::fitted::PixelNoise;
 use super::{fitted, left_out, output, photographs};
 use crate::Console;
@@ -35,6 +36,8 @@ pub struct ChartArgs {
     /// Width and height of the tiles in pixels, odd, or `auto` for as wide as the blur needs
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = parse_tile)]
     tile: Tile,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 /// Size of the tiles.
@@ -84,7 +87,8 @@ pub(super) fn run(args: &ChartArgs, console: &mut Console) -> Result<(), Command
     prepare(&mut photographs, &calibration)?;
     let charts = vec![vec![chart]; photographs.len()];
     let measured = measure_all(photographs, &charts, &settings, console)?;
-    finish(&args.common, &measured, &[], console)
+    let insistence = Insistence::of(&args.force);
+    finish(&args.common, &measured, &[], insistence, console)
 }
 
 impl ChartArgs {
@@ -159,11 +163,13 @@ pub(super) fn measure_all(
     })
 }
 
-/// Fits the lens if asked to, and writes and prints the result; `remarks` are limits of the measurement.
+/// Fits the lens if asked to, and writes and prints the result; `remarks` are limits of the measurement. Where a fault of the photographs
+/// makes the lens wrong, the set is written without one.
 pub(super) fn finish(
     common: &CommonArgs,
     measured: &ChartSet,
     remarks: &[String],
+    insistence: Insistence,
     console: &mut Console,
 ) -> Result<(), CommandError> {
     let axis = match common.axis {
@@ -176,14 +182,19 @@ pub(super) fn finish(
     if let Some(path) = &common.also {
         output::append(&mut set, &mut left_out, path)?;
     }
-    let fit = match &common.fit {
-        Some(_) => Some(fitted::fit_lens(
+    let (about_photographs, refusal) =
+        match faults::settle_concerns(&measured.concerns(), insistence) {
+            Ok(remarks) => (remarks, None),
+            Err(refusal) => (Vec::new(), Some(refusal)),
+        };
+    let fit = match (&common.fit, &refusal) {
+        (Some(_), None) => Some(fitted::fit_lens(
             common,
             &mut set,
             PixelNoise::Stated,
             console,
         )?),
-        None => None,
+        _ => None,
     };
     if let Some(fit) = &fit {
         set.frame = set.frame.with_axis(fit.lens().frame.axis())?;
@@ -191,6 +202,7 @@ pub(super) fn finish(
     }
     let places: Vec<ImagePoint> = set.observations.iter().map(|o| o.centre).collect();
     let mut remarks = remarks.to_vec();
+    remarks.extend(about_photographs);
     if fit.is_none() {
         // A fit says so itself.
         remarks.extend(coverage::bare_sides(&set.frame, &places, "block"));
@@ -219,7 +231,7 @@ pub(super) fn finish(
     for remark in remarks {
         console.note(remark);
     }
-    Ok(())
+    refusal.map_or(Ok(()), Err)
 }
 
 /// Returns the mean squared residual over the variance of photon noise: the median of all blocks, by channel.

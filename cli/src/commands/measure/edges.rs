@@ -74,6 +74,11 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
     let insistence = Insistence::of(&args.force);
     let departures = find_departures(&set, &settings)?;
     let found = departures.map(|d| faults::of_departures(&d, set.camera.squeeze));
+    let about_photographs = faults::settle_concerns(&measured.concerns, insistence);
+    let about_photographs = about_photographs.or_else(|error| {
+        write(common, &set, &left_out, &measured, None)?;
+        Err(error)
+    })?;
     let remarks = faults::settle(
         &found.unwrap_or_default(),
         insistence,
@@ -106,7 +111,9 @@ pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), Command
         write(common, &set, &left_out, &measured, None)?;
         Err(error)
     })?;
-    fit.warnings.extend(remarks.into_iter().chain(of_misfit));
+    let about_edges = remarks.into_iter().chain(of_misfit);
+    fit.warnings
+        .extend(about_photographs.into_iter().chain(about_edges));
     write(common, &set, &left_out, &measured, Some(&fit))?;
     if common.json {
         let report = report_json(&measured, &set, &fit, departures);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seidel_calibrate::fit::edges::Departures;
 use seidel_image_io::FileError;
+use seidel_measure::checks::{self, Concern};
 
 use crate::commands::CommandError;
 
@@ -158,6 +159,24 @@ pub(super) fn settle(
         .iter()
         .map(|f| format!("the edges {}: {}", f.problem, f.remedy));
     Ok(remarks.collect())
+}
+
+/// Returns `concerns` about photographs as remarks.
+///
+/// # Errors
+/// The first for which no lens should be measured, unless the user insists.
+pub(super) fn settle_concerns(
+    concerns: &[Concern],
+    insistence: Insistence,
+) -> Result<Vec<String>, CommandError> {
+    if let (Some(refusal), Insistence::Refuse) = (checks::refusal(concerns), insistence) {
+        let mut error = refusal.clone();
+        error
+            .remedy
+            .push_str(". --force writes the lens all the same");
+        return Err(error.into());
+    }
+    Ok(concerns.iter().map(|c| c.error.to_string()).collect())
 }
 
 #[cfg(test)]

@@ -113,8 +113,12 @@ pub(super) fn run(args: &MatchArgs, console: &mut Console) -> Result<(), Command
             matched.lens.camera.squeeze,
         ));
     }
-    let remarks = faults::settle(&found, Insistence::of(&args.force), &args.plate)?;
-    matched.warnings.extend(remarks);
+    let insistence = Insistence::of(&args.force);
+    let about_plate = faults::settle_concerns(&measured.concerns, insistence)?;
+    let remarks = faults::settle(&found, insistence, &args.plate)?;
+    matched
+        .warnings
+        .extend(about_plate.into_iter().chain(remarks));
     args.write(&measured, &matched)?;
     if args.json {
         console.print(format!("{:#}", report_json(&matched, lights.len())));

@@ -6,6 +6,7 @@ use seidel_measure::chart::{ChartPicture, ChartSettings, Content, sharp_plane};
 
 use super::chart::{Tile, finish, measure_all, parse_tile, prepare};
 use super::common::CommonArgs;
+use super::faults::{ForceArgs, Insistence};
 use super::{output, photographs};
 use crate::Console;
 use crate::commands::CommandError;
@@ -22,6 +23,8 @@ pub struct PairArgs {
     /// Width and height of the tiles in pixels, odd, or `auto` for as wide as the blur needs
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = parse_tile)]
     tile: Tile,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 pub(super) fn run(args: &PairArgs, console: &mut Console) -> Result<(), CommandError> {
@@ -50,7 +53,14 @@ pub(super) fn run(args: &PairArgs, console: &mut Console) -> Result<(), CommandE
         ..ChartSettings::default()
     };
     let measured = measure_all(blurred, &[charts], &settings, console)?;
-    finish(common, &measured, &args.remarks(&photographs[0]), console)
+    let remarks = args.remarks(&photographs[0]);
+    finish(
+        common,
+        &measured,
+        &remarks,
+        Insistence::of(&args.force),
+        console,
+    )
 }
 
 /// Returns the sharp photograph as the chart of every channel.

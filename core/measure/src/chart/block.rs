@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::block_estimate::BlockEstimate;
+use super::kernel::Filters;
 use super::picture::Region;
 use super::variation::Variation;
 use crate::photograph::Photograph;
@@ -84,6 +85,8 @@ pub(crate) struct BlockTask<'a> {
     /// Noise variance of a dark pixel, counts², and counts per electron.
     pub(crate) dark_variance: f64,
     pub(crate) gain: f64,
+    /// The step from the kernel to the tile, whose error is stated.
+    pub(super) integration: &'a Filters,
 }
 
 /// The pixels of a block.
@@ -110,6 +113,7 @@ impl BlockTask<'_> {
         let mut kernel = DVector::zeros(unknowns);
         let mut offset = 0.0;
         let mut normal = DMatrix::zeros(unknowns + 1, unknowns + 1);
+        let mut right = DVector::zeros(unknowns + 1);
         let mut changed = DVector::zeros(count);
         let mut weights = DVector::zeros(count);
         for step in 0..self.light_steps {
@@ -124,7 +128,7 @@ impl BlockTask<'_> {
                 right_side[k] *= root;
             }
             normal = &weighted * weighted.transpose();
-            let right = &weighted * right_side;
+            right = &weighted * right_side;
             let start = (step > 0).then_some((&kernel, offset));
             let solved = non_negative(&self.regularised(&normal), &right, start);
             kernel = solved.rows(0, unknowns).into_owned();
@@ -145,10 +149,18 @@ impl BlockTask<'_> {
         let residual = &pixels.values - &predicted;
         let used = weights.iter().filter(|w| **w > 0.0).count();
         let chi_square = residual.component_mul(&residual).dot(&weights) / used.max(1) as f64;
-        let sigma = self.kernel_sigma(&normal) * chi_square.max(1.0).sqrt() / total;
+        let sigma = self.kernel_sigma(&normal, &kernel) * chi_square.max(1.0).sqrt() / total;
+        let noise: f64 = weights.iter().filter(|w| **w > 0.0).map(|w| 1.0 / w).sum();
+        let square: f64 = (residual.iter().zip(weights.iter()))
+            .filter_map(|(r, w)| (*w > 0.0).then_some(r * r))
+            .sum();
+        let beyond_noise = ((square - noise).max(0.0) / used.max(1) as f64).sqrt();
         Ok(BlockEstimate {
             kernel: kernel.iter().map(|v| v / total).collect(),
             chi_square,
+            misfit: beyond_noise / (total * self.sharp.contrast()),
+            curvature: curvature(&predicted, &residual, &weights),
+            unbounded: self.unbounded(&normal, &right),
             sigma,
             white: total + offset,
             detail: self.sharp.detail(),
@@ -246,15 +258,64 @@ impl BlockTask<'_> {
         sum
     }
 
-    /// Returns the standard deviation of a typical sample of the kernel, from the inverse of the normal equations.
-    fn kernel_sigma(&self, normal: &DMatrix<f64>) -> f64 {
+    /// Returns the tile of unit sum that may be negative.
+    fn unbounded(&self, normal: &DMatrix<f64>, right: &DVector<f64>) -> Vec<f64> {
         let unknowns = self.side * self.side;
-        let inverse = self.regularised(normal).cholesky().map(|c| c.inverse());
-        let variance = inverse.map_or(0.0, |m| {
-            (0..unknowns).map(|k| m[(k, k)]).sum::<f64>() / unknowns as f64
-        });
-        variance.sqrt()
+        let solved = self.regularised(normal).cholesky().map(|c| c.solve(right));
+        let solved = solved.unwrap_or_else(|| DVector::zeros(unknowns + 1));
+        let total = solved.rows(0, unknowns).sum();
+        let kernel: Vec<f64> = solved.iter().take(unknowns).map(|v| v / total).collect();
+        self.integration.of(&kernel, self.side)
     }
+
+    /// Returns the standard deviation of a typical sample of the tile of `kernel`, from the inverse of the normal equations: root
+    /// mean square over the samples that hold light. Those at zero are held there, and the step to area-integrated pixels
+    /// averages errors of opposite sign.
+    fn kernel_sigma(&self, normal: &DMatrix<f64>, kernel: &DVector<f64>) -> f64 {
+        let unknowns = self.side * self.side;
+        let mut free: Vec<usize> = (0..unknowns).filter(|k| kernel[*k] > 0.0).collect();
+        free.push(unknowns);
+        let all = self.regularised(normal);
+        let restricted = DMatrix::from_fn(free.len(), free.len(), |r, c| all[(free[r], free[c])]);
+        free.pop();
+        let Some(cholesky) = restricted.cholesky() else {
+            return 0.0;
+        };
+        // The covariance is the inverse of L L', so that of the filtered samples F is the square of F times the inverse of L'.
+        let root = cholesky.l().transpose();
+        let root = root.solve_upper_triangular(&DMatrix::identity(free.len() + 1, free.len() + 1));
+        let Some(root) = root else {
+            return 0.0;
+        };
+        let mut square = 0.0;
+        for column in root.column_iter() {
+            let mut samples = vec![0.0; unknowns];
+            for (at, value) in free.iter().zip(column.iter()) {
+                samples[*at] = *value;
+            }
+            let tile = self.integration.of(&samples, self.side);
+            square += free.iter().map(|at| tile[*at].powi(2)).sum::<f64>();
+        }
+        (square / free.len().max(1) as f64).sqrt()
+    }
+}
+
+/// Returns the part of `residual` that is a parabola of the predicted light, zero at its ends: the height in the middle over the
+/// range. A curve between light and values bends them so.
+fn curvature(predicted: &DVector<f64>, residual: &DVector<f64>, weights: &DVector<f64>) -> f64 {
+    let used = || (0..weights.len()).filter(|k| weights[*k] > 0.0);
+    let (low, high) = used().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), k| {
+        (low.min(predicted[k]), high.max(predicted[k]))
+    });
+    let range = (high - low).max(f64::MIN_POSITIVE);
+    let (mut normal, mut right) = (nalgebra::Matrix3::zeros(), nalgebra::Vector3::zeros());
+    for k in used() {
+        let at = (predicted[k] - low) / range;
+        let row = nalgebra::Vector3::new(1.0, at, 4.0 * at * (1.0 - at));
+        normal += row * row.transpose();
+        right += row * residual[k] / range;
+    }
+    normal.cholesky().map_or(0.0, |c| c.solve(&right)[2])
 }
 
 /// Sets the weights of pixels to zero whose residuals stand out from the others: hot pixels and dust.

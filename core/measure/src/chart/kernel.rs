@@ -91,16 +91,31 @@ impl Integration {
         solved.rows(0, size).iter().copied().collect()
     }
 
+    /// Returns the filters, made once for many kernels.
+    pub(super) fn filters(self) -> Filters {
+        Filters {
+            by_border: (1..=self.reach()).map(|count| self.taps(count)).collect(),
+        }
+    }
+}
+
+/// Filters of an [`Integration`].
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Filters {
+    /// Taps from the middle outwards, by the distance from the border of a tile less one.
+    by_border: Vec<Vec<f64>>,
+}
+
+impl Filters {
     /// Returns the PSF integrated over pixels of a block's `kernel`. Near the border of its square filters are narrower, and
     /// what leaves the border itself is lost.
-    pub(super) fn of(self, kernel: &[f64], side: usize) -> Vec<f64> {
-        let filters: Vec<Vec<f64>> = (1..=self.reach()).map(|count| self.taps(count)).collect();
+    pub(super) fn of(&self, kernel: &[f64], side: usize) -> Vec<f64> {
         let pass = |values: &[f64], stride: usize| -> Vec<f64> {
             let mut spread = vec![0.0; side * side];
-            for (k, value) in values.iter().enumerate() {
+            for (k, value) in values.iter().enumerate().filter(|(_, v)| **v != 0.0) {
                 let along = k / stride % side;
                 let to_border = along.min(side - 1 - along);
-                let taps = &filters[to_border.clamp(1, filters.len()) - 1];
+                let taps = &self.by_border[to_border.clamp(1, self.by_border.len()) - 1];
                 let reach = taps.len() - 1;
                 for at in along.saturating_sub(reach)..(along + reach + 1).min(side) {
                     spread[k + at * stride - along * stride] += taps[at.abs_diff(along)] * value;
@@ -134,6 +149,7 @@ mod tests {
             soft: false,
             added_sigma_px: 0.5,
         }
+        .filters()
         .of(&gaussian(side, variance), side);
         // The integral over a pixel by the midpoint rule on a fine grid.
         let wide = variance + 0.25;

@@ -13,6 +13,7 @@ mod block_estimate;
 mod block_grid;
 mod coarse;
 mod finding;
+mod judgement;
 mod kernel;
 mod map;
 mod marks;
@@ -33,11 +34,12 @@ use rayon::prelude::*;
 use seidel_optics::Progress;
 use seidel_optics::error::{Error, ErrorKind, Result};
 
+use crate::checks::Concern;
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
 use block::{BlockTask, Failure, SharpView};
 use block_estimate::BlockEstimate;
-use kernel::{Integration, centroid};
+use kernel::{Filters, Integration, centroid};
 use map::Displacement;
 use picture::{Aperture, Grid, Region};
 use seidel_optics::numeric::{median, quantile};
@@ -101,6 +103,8 @@ pub struct ChartMeasurement {
     pub side: usize,
     /// Whether the paper around the chart is as white as the chart, so that blocks reach its border.
     pub has_white_surround: bool,
+    /// Faults of the photograph.
+    pub concerns: Vec<Concern>,
 }
 
 /// First tile, and the largest, px.
@@ -156,6 +160,11 @@ pub fn measure_chart(
     };
     let aligned = finding::find(photo, chart, settings)?;
     let gain = photo.assumed_gain();
+    let integration = Integration {
+        soft: chart.content() == Content::Cells,
+        // A sharp photograph's own blur.
+        added_sigma_px: settings.added_sigma_px,
+    };
     let mut measurement = Measurement {
         photo,
         charts,
@@ -167,6 +176,7 @@ pub fn measure_chart(
             .max(0.25 * photo.errors.quantum.powi(2)),
         gain,
         has_white_surround: false,
+        filters: integration.filters(),
     };
     let registration_px = measurement.register(reference, settings.tile.is_none(), progress)?;
     let blocks = measurement.blocks();
@@ -186,7 +196,7 @@ pub fn measure_chart(
             .map(|c| c[k].as_ref().map_err(|f| *f))
             .collect();
         match estimates.and_then(|e| measurement.checked(e, reference, &typical)) {
-            Ok(estimates) => kept.push(measured(block, &estimates, &measurement, settings)),
+            Ok(estimates) => kept.push(measured(block, &estimates, &measurement)),
             Err(failure) => left_out.push(LeftOutBlock {
                 at: centre(block),
                 why: failure.why,
@@ -198,7 +208,10 @@ pub fn measure_chart(
     if kept.len() < MIN_KEPT {
         return Err(too_few(photo, kept.len()));
     }
+    let of_reference: Vec<&BlockEstimate> = by_channel[reference].iter().flatten().collect();
+    let concerns = judgement::of_photograph(photo, &of_reference, &kept, measurement.side);
     Ok(ChartMeasurement {
+        concerns,
         blocks: kept,
         left_out,
         map: measurement.map,
@@ -249,6 +262,8 @@ struct Measurement<'a> {
     dark_variance: f64,
     gain: f64,
     has_white_surround: bool,
+    /// The step from kernels to tiles.
+    filters: Filters,
 }
 
 impl Measurement<'_> {
@@ -263,6 +278,10 @@ impl Measurement<'_> {
         for round in 0..ROUNDS {
             let mut blocks = self.blocks();
             let mut estimates = self.estimate(&blocks, reference, REGISTRATION_LIGHT_STEPS);
+            // Values that are no light need tiles of any size.
+            let sound: Vec<&BlockEstimate> = estimates.iter().flatten().collect();
+            let is_light = judgement::bend(&sound).is_none();
+            let choose_side = choose_side && is_light;
             while choose_side && self.needs_larger_tiles(&estimates) && self.side < LARGEST_SIDE {
                 self.side = (self.side + SIDE_STEP).min(LARGEST_SIDE);
                 blocks = self.blocks();
@@ -425,6 +444,7 @@ impl Measurement<'_> {
                     light_steps,
                     dark_variance: self.dark_variance,
                     gain: self.gain,
+                    integration: &self.filters,
                 };
                 task.estimate()
             })
@@ -462,24 +482,21 @@ fn centre(block: &Region) -> [f64; 2] {
 /// Sample of a tile over its largest whose relative error is stated for all. With it the stated errors of green tiles of an 8-bit
 /// development of a simulated chart are those found; without it they were four times too small.
 const TYPICAL_SAMPLE: f64 = 2.0 / 3.0;
+/// Error of a sample by registration and by the change of the PSF within a block, over the peak of its tile. With it 93 to 96 % of the
+/// samples of a simulated raw chart lie within 1.96 standard deviations; without it 86 to 94 %.
+const MODEL_ERROR: f64 = 0.005;
 
 fn measured(
     block: &Region,
     estimates: &[&BlockEstimate],
     measurement: &Measurement<'_>,
-    settings: &ChartSettings,
 ) -> MeasuredBlock {
     let [x, y] = centre(block);
-    let integration = Integration {
-        soft: measurement.chart(0).content() == Content::Cells,
-        // A sharp photograph's own blur.
-        added_sigma_px: settings.added_sigma_px,
-    };
     let tiles: Vec<Vec<f64>> = (estimates.iter())
-        .map(|e| integration.of(&e.kernel, measurement.side))
+        .map(|e| measurement.filters.of(&e.kernel, measurement.side))
         .collect();
     // Errors of developed samples follow the signal, and no noise shows them.
-    let relative = TYPICAL_SAMPLE * measurement.photo.errors.relative;
+    let relative = MODEL_ERROR.hypot(TYPICAL_SAMPLE * measurement.photo.errors.relative);
     let sigma = estimates.iter().zip(&tiles).map(|(estimate, tile)| {
         let largest = tile.iter().copied().fold(0.0, f64::max);
         estimate.sigma.hypot(relative * largest)

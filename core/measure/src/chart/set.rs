@@ -5,7 +5,8 @@ use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::observations::{ChannelMeasurement, Measurement, Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 
-use super::{ChartMeasurement, MeasuredBlock};
+use super::{ChartMeasurement, MeasuredBlock, judgement};
+use crate::checks::{self, Concern};
 use crate::photograph::Photograph;
 use crate::rejection::LeftOut;
 
@@ -53,6 +54,13 @@ impl ChartSet {
         self.measurements.iter().map(|m| m.blocks.len()).sum()
     }
 
+    /// Returns the faults of the photographs.
+    pub fn concerns(&self) -> Vec<Concern> {
+        let own = self.measurements.iter().flat_map(|m| m.concerns.clone());
+        own.chain(judgement::of_pairs(&self.photographs, &self.measurements))
+            .collect()
+    }
+
     /// Returns the blocks that were left out.
     pub fn left_out(&self) -> Vec<LeftOut> {
         let of = |(photograph, m): (usize, &ChartMeasurement)| {
@@ -78,10 +86,11 @@ impl ChartSet {
         let first = &self.photographs[0];
         let size = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
         let frame = Frame::new(size(first.width), size(first.height), axis)?;
+        let added = checks::added_error(&self.concerns());
         let mut observations = Vec::new();
         for (photo, measurement) in self.photographs.iter().zip(&self.measurements) {
             for block in &measurement.blocks {
-                observations.push(observation(photo, block, observations.len())?);
+                observations.push(observation(photo, block, observations.len(), added)?);
             }
         }
         Ok(ObservationSet {
@@ -91,7 +100,17 @@ impl ChartSet {
     }
 }
 
-fn observation(photo: &Photograph, block: &MeasuredBlock, index: usize) -> Result<Observation> {
+/// Returns the observation of `block`, whose error grows by `added` of the peak of its tile.
+fn observation(
+    photo: &Photograph,
+    block: &MeasuredBlock,
+    index: usize,
+    added: f64,
+) -> Result<Observation> {
+    let sigma_of = |channel: usize| {
+        let peak = block.tiles[channel].iter().copied().fold(0.0, f64::max);
+        block.sigma[channel].hypot(added * peak)
+    };
     let tiles = (block.tiles.iter())
         .map(|tile| {
             let side = tile.len().isqrt();
@@ -103,7 +122,7 @@ fn observation(photo: &Photograph, block: &MeasuredBlock, index: usize) -> Resul
         .map(|channel| {
             let [x, y] = block.centroid(channel);
             let [xx, _, yy] = block.covariance(channel);
-            let sigma = block.sigma[channel];
+            let sigma = sigma_of(channel);
             // Independent noise of all samples within the tile.
             let side = block.tiles[channel].len() as f64;
             Some(ChannelMeasurement {
@@ -115,7 +134,7 @@ fn observation(photo: &Photograph, block: &MeasuredBlock, index: usize) -> Resul
         })
         .collect();
     Ok(Observation {
-        noise_sigma: block.sigma.iter().copied().map(Some).collect(),
+        noise_sigma: (0..block.tiles.len()).map(|c| Some(sigma_of(c))).collect(),
         measurement: Some(Measurement {
             source: photo.name.clone(),
             channels,

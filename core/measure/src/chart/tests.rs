@@ -173,6 +173,9 @@ fn a_blur_that_changes_over_the_field_is_measured_in_every_colour() {
     assert!(measured.has_white_surround);
     let blocks = measured.blocks.len();
     assert!(blocks >= 6, "{blocks}, {:?}", measured.left_out);
+    for part in ["linear", "sharpened", "differs"] {
+        assert!(!names(&measured, part), "{:?}", measured.concerns);
+    }
     assert!(
         measured.registration_px < 0.05,
         "{}",
@@ -197,6 +200,34 @@ fn a_blur_that_changes_over_the_field_is_measured_in_every_colour() {
             assert!((block.tiles[channel].iter().sum::<f64>() - 1.0).abs() < 0.02);
         }
     }
+}
+
+/// Returns whether a concern about the photograph has `part` in its words.
+fn names(measured: &ChartMeasurement, part: &str) -> bool {
+    let mut concerns = measured.concerns.iter();
+    concerns.any(|concern| concern.error.to_string().contains(part))
+}
+
+#[test]
+fn values_that_are_not_linear_in_light_and_sharpened_ones_are_named() {
+    let cells = chart();
+    let mut photo = photograph(Pose::Upright, 1.0);
+    let counts = photo.planes[0].clone();
+    for value in &mut photo.planes[0] {
+        *value = 120.0 * value.max(0.0).sqrt();
+    }
+    let found = measure(&photo, &picture(&cells)).expect("measurable");
+    assert!(names(&found, "not linear in light"), "{:?}", found.concerns);
+    // An unsharp mask between pixels of one colour.
+    for y in 2..HEIGHT - 2 {
+        for x in 2..WIDTH - 2 {
+            let at = |dx: usize, dy: usize| counts[(y + dy - 2) * WIDTH + x + dx - 2];
+            let around = at(0, 2) + at(4, 2) + at(2, 0) + at(2, 4);
+            photo.planes[0][y * WIDTH + x] = 1.6 * at(2, 2) - 0.15 * around;
+        }
+    }
+    let found = measure(&photo, &picture(&cells)).expect("measurable");
+    assert!(names(&found, "sharpened"), "{:?}", found.concerns);
 }
 
 #[test]

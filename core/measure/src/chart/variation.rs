@@ -92,6 +92,9 @@ mod tests {
         let estimate = |at: [f64; 2]| BlockEstimate {
             kernel: kernel(at),
             chi_square: 1.0,
+            misfit: 0.0,
+            curvature: 0.0,
+            unbounded: Vec::new(),
             sigma: 0.0,
             white: 1.0,
             detail: 1.0,

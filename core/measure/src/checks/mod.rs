@@ -3,8 +3,10 @@
 //! These checks need nothing but a photograph, so that every kind of measurement can make them.
 
 pub mod black_level;
+pub mod direction;
 pub mod greens;
 pub mod noise_correlation;
+pub mod two_lenses;
 
 use seidel_optics::error::Error;
 
@@ -34,4 +36,19 @@ impl Concern {
         let error = Error::new(format!("photograph {name}"), problem, remedy);
         Self { severity, error }
     }
+}
+
+/// Returns the first of `concerns` for which no lens should be measured.
+pub fn refusal(concerns: &[Concern]) -> Option<&Error> {
+    let mut refused = concerns.iter().filter(|c| c.severity == Severity::Refuse);
+    refused.next().map(|concern| &concern.error)
+}
+
+/// Returns the error of a pixel that `concerns` add, as a share of the peak of its light.
+pub fn added_error(concerns: &[Concern]) -> f64 {
+    let shares = concerns.iter().map(|concern| match concern.severity {
+        Severity::Widen(share) => share,
+        Severity::Refuse | Severity::Note => 0.0,
+    });
+    shares.fold(0.0, f64::max)
 }

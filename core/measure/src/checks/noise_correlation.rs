@@ -135,11 +135,19 @@ fn sums(values: &[f64]) -> Option<Sums> {
 
 /// Returns what the noise of `photo` says about its processing; nothing for files of 8 bits, which are known to be developed.
 pub fn check(photo: &Photograph) -> Option<Concern> {
+    let channels = 0..photo.channels.len();
+    let found = channels.filter_map(|channel| noise_correlation(photo, channel));
+    judge(photo, found)
+}
+
+/// Returns the concern that the strongest correlation `found` in the channels of `photo` raises.
+pub(crate) fn judge(
+    photo: &Photograph,
+    found: impl Iterator<Item = NoiseCorrelation>,
+) -> Option<Concern> {
     if photo.errors.relative >= SampleErrors::EIGHT_BIT.relative {
         return None;
     }
-    let channels = 0..photo.channels.len();
-    let found = channels.filter_map(|channel| noise_correlation(photo, channel));
     let found = found.max_by(|a, b| a.neighbours.abs().total_cmp(&b.neighbours.abs()))?;
     let concern = |severity, cause: &str, remedy: &str| {
         let problem = format!(
@@ -171,6 +179,10 @@ pub fn check(photo: &Photograph) -> Option<Concern> {
             "was enlarged or denoised",
             "give the raw file, or a development at its own size without noise reduction",
         );
+    }
+    // Developments state these errors already.
+    if photo.errors.relative >= SampleErrors::DEVELOPED.relative {
+        return None;
     }
     concern(
         Severity::Widen(SampleErrors::DEVELOPED.relative),

@@ -24,7 +24,9 @@ use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 
 use crate::calibration::{Calibration, check_alike};
-use crate::photograph::Photograph;
+use crate::checks::two_lenses::{self, Width};
+use crate::checks::{Concern, Severity, noise_correlation};
+use crate::photograph::{Photograph, SampleErrors};
 use crate::rejection::{LeftOut, Reason};
 use line_fit::{EdgePixel, LineFit};
 use noise::{Plateau, Side};
@@ -62,6 +64,8 @@ pub struct MeasuredEdges {
     pub left_out: Vec<LeftOut>,
     /// Counts per electron: stated by a file, or else from the noise beside the edges; `None` if neither says.
     pub gain: Option<f64>,
+    /// Faults of the photographs.
+    pub concerns: Vec<Concern>,
     /// Limits of the result.
     pub warnings: Vec<String>,
 }
@@ -120,13 +124,16 @@ pub fn measure_edges(
         calibration.apply(photo)?;
     }
     let (mut edges, mut left_out, mut gain) = (Vec::new(), Vec::new(), None);
-    for (index, photo) in photographs.iter().enumerate() {
+    let mut concerns = Vec::new();
+    for (index, photo) in photographs.iter_mut().enumerate() {
         let scene = Scene {
             index,
             photo,
             settings,
         };
         let found = scene.measure()?;
+        photo.errors.variance_px2 = found.variance_error_px2;
+        concerns.extend(found.concern);
         edges.extend(found.edges);
         left_out.extend(found.left_out);
         gain = gain.or(found.gain);
@@ -151,8 +158,10 @@ pub fn measure_edges(
         photographs,
         left_out,
         gain,
+        concerns,
         warnings: Vec::new(),
     };
+    measured.concerns.extend(measured.two_lenses());
     measured.add_warnings();
     Ok(measured)
 }
@@ -169,6 +178,10 @@ struct Found {
     edges: Vec<Edge>,
     left_out: Vec<LeftOut>,
     gain: Option<f64>,
+    /// Processing of the photograph that its noise shows.
+    concern: Option<Concern>,
+    /// Error of the variance of its edges, px².
+    variance_error_px2: f64,
 }
 
 /// An edge in one channel before its noise is known.
@@ -203,10 +216,20 @@ impl Scene<'_> {
                 Err(_) => {}
             }
         }
-        let noises = noise::estimate(self.photo, &plateaus(&lines));
+        let plateaus = self.plateaus(&lines);
+        let noises = noise::estimate(self.photo, &plateaus);
+        let correlations = channels.filter_map(|channel| noise::correlation(&plateaus, channel));
+        let concern = noise_correlation::judge(self.photo, correlations);
+        let mut error_px2 = self.photo.errors.variance_px2;
+        if let Some(Severity::Widen(_)) = concern.as_ref().map(|c| c.severity) {
+            error_px2 = error_px2.max(SampleErrors::DEVELOPED.variance_px2);
+        }
         let results: Vec<_> = lines
             .par_iter()
-            .map(|line| self.edge(&strips[line.strip], line, noises.of(line.channel)))
+            .map(|line| {
+                let noise = noises.of(line.channel);
+                self.edge(&strips[line.strip], line, noise, error_px2)
+            })
             .collect();
         let mut edges = Vec::new();
         for (line, result) in lines.iter().zip(results) {
@@ -255,7 +278,25 @@ impl Scene<'_> {
             edges,
             left_out,
             gain: noises.gain,
+            concern,
+            variance_error_px2: error_px2,
         })
+    }
+
+    /// Returns the levels beside the edges with the variance of their pixels.
+    fn plateaus(&self, lines: &[FittedLine]) -> Vec<Plateau> {
+        let pitch = if self.photo.mosaic.is_some() {
+            2.0
+        } else {
+            1.0
+        };
+        let of = |fitted: &FittedLine, side| {
+            noise::plateau(fitted.channel, &fitted.pixels, &fitted.line, side, pitch)
+        };
+        let both = lines
+            .iter()
+            .flat_map(|fitted| Side::BOTH.map(|side| of(fitted, side)));
+        both.flatten().collect()
     }
 
     /// Returns the segments of the photograph, from a smoothing that suits their width.
@@ -387,6 +428,7 @@ impl Scene<'_> {
         strip: &Strip,
         fitted: &FittedLine,
         noise: EdgeNoise,
+        error_px2: f64,
     ) -> std::result::Result<Edge, LeftOut> {
         let out = |why, value, limit| self.left_out(&strip.segment, why, value, limit);
         let line = &fitted.line;
@@ -417,7 +459,6 @@ impl Scene<'_> {
             return Err(out(Reason::NotAnEdge, misfit, MAX_MISFIT));
         }
         let (normal, mid) = strip.place(line, centroid);
-        let errors = &self.photo.errors;
         let skewness = (third[0] / width.powi(3)).abs().min(1.0);
         let model_error = [0, 1].map(|k| MODEL_ERROR[k] + SKEW_ERROR[k] * skewness);
         Ok(Edge {
@@ -432,11 +473,11 @@ impl Scene<'_> {
             variance_px2: variance[0],
             variance_sigma: variance[1]
                 .hypot(model_error[0] * width.powi(2))
-                .hypot(errors.variance_px2),
+                .hypot(error_px2),
             third_px3: third[0],
             third_sigma: third[1]
                 .hypot(model_error[1] * width.powi(3))
-                .hypot(errors.variance_px2 * width),
+                .hypot(error_px2 * width),
             profile: bins,
         })
     }
@@ -459,14 +500,6 @@ struct Equalised {
     samples: Vec<f32>,
     /// Standard deviation of the noise of a pixel.
     noise: f64,
-}
-
-/// Returns the levels beside the edges with the variance of their pixels.
-fn plateaus(lines: &[FittedLine]) -> Vec<Plateau> {
-    let both = lines.iter().flat_map(|fitted| {
-        Side::BOTH.map(|side| noise::plateau(fitted.channel, &fitted.pixels, &fitted.line, side))
-    });
-    both.flatten().collect()
 }
 
 fn none_kept(left_out: &[LeftOut]) -> Error {
@@ -494,6 +527,23 @@ fn none_kept(left_out: &[LeftOut]) -> Error {
 }
 
 impl MeasuredEdges {
+    /// Returns the concerns about photographs at one distance whose edges differ in width.
+    fn two_lenses(&self) -> Vec<Concern> {
+        let reference = self.photographs[0].reference_channel();
+        let of = |photo: &Photograph| {
+            let edges = self.set.edges.iter();
+            let own = edges.filter(|e| e.source == photo.name && e.channel == reference);
+            own.map(|e| Width {
+                at: [e.mid.x_px, e.mid.y_px],
+                normal: e.normal,
+                variance_px2: e.variance_px2 + PIXEL_VARIANCE_PX2,
+            })
+            .collect()
+        };
+        let widths: Vec<Vec<Width>> = self.photographs.iter().map(of).collect();
+        two_lenses::check_all(&self.photographs, &widths, "edges")
+    }
+
     fn add_warnings(&mut self) {
         let reference = self.photographs[0].reference_channel();
         let of_reference = self.set.edges.iter().filter(|e| e.channel == reference);

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::line_fit::{EdgePixel, LineFit};
 use super::profile::EdgeNoise;
+use crate::checks::noise_correlation::NoiseCorrelation;
 use crate::photograph::Photograph;
 use seidel_optics::numeric::median;
 
@@ -12,6 +13,8 @@ const BEYOND_WIDTHS: f64 = 3.0;
 /// Pixels that a plateau needs, and plateaus that a gain needs.
 const MIN_PIXELS: usize = 10;
 const MIN_PLATEAUS: usize = 12;
+/// Tolerance of the distance of neighbours, shares of it.
+const SAME_DISTANCE: f64 = 0.05;
 /// Threshold of outliers, standard deviations, and the number of iterations.
 const CLIP_SIGMAS: f64 = 4.0;
 const ITERATIONS: usize = 12;
@@ -37,6 +40,17 @@ pub(super) struct Plateau {
     variance: f64,
     /// Degrees of freedom of the variance.
     freedom: f64,
+    /// Sums of products of residuals of pixels so far apart, and their numbers: neighbours of one colour, and twice as far.
+    pairs: [Pairs; 2],
+}
+
+/// Products of the residuals of pairs of pixels.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Pairs {
+    sum: f64,
+    /// Sum of the covariances of the plane at both pixels, over the variance of one.
+    follows: f64,
+    count: f64,
 }
 
 /// Returns the plateau on one side of an edge; `None` where it has too few pixels.
@@ -45,6 +59,7 @@ pub(super) fn plateau(
     pixels: &[EdgePixel],
     line: &LineFit,
     on: Side,
+    pitch: f64,
 ) -> Option<Plateau> {
     let side = pixels.iter().filter(|pixel| {
         let t = line.distance(pixel);
@@ -59,13 +74,54 @@ pub(super) fn plateau(
     let rows = DMatrix::from_fn(side.len(), 3, |r, c| [1.0, side[r].s, side[r].t][c]);
     let values = DVector::from_fn(side.len(), |r, _| side[r].value);
     let plane = rows.clone().svd(true, true).solve(&values, 1e-12).ok()?;
-    let square = (&values - rows * plane).norm_squared();
+    let variance_of_plane = (rows.transpose() * &rows).try_inverse();
+    let variance_of_plane = variance_of_plane.unwrap_or_else(|| DMatrix::zeros(3, 3));
+    let residuals = &values - &rows * plane;
+    let mut pairs = [Pairs::default(); 2];
+    for (k, a) in side.iter().enumerate() {
+        for (j, b) in side.iter().enumerate().skip(k + 1) {
+            let apart = (a.s - b.s).hypot(a.t - b.t) / pitch;
+            for (times, pairs) in pairs.iter_mut().enumerate() {
+                if (apart - times as f64 - 1.0).abs() < SAME_DISTANCE {
+                    pairs.sum += residuals[k] * residuals[j];
+                    // The plane follows the noise: that of pixels which do not correlate has this correlation about it.
+                    pairs.follows +=
+                        (rows.row(k) * &variance_of_plane * rows.row(j).transpose())[0];
+                    pairs.count += 1.0;
+                }
+            }
+        }
+    }
+    let square = residuals.norm_squared();
     let freedom = count - 3.0;
     Some(Plateau {
         channel,
         level: values.sum() / count,
         variance: square / freedom,
         freedom,
+        pairs,
+    })
+}
+
+/// Returns the correlation of the noise of neighbours in `channel`, over all `plateaus`; `None` without enough of them.
+pub(super) fn correlation(plateaus: &[Plateau], channel: usize) -> Option<NoiseCorrelation> {
+    let own = plateaus.iter().filter(|p| p.channel == channel);
+    let own: Vec<&Plateau> = own.filter(|p| p.variance > 0.0).collect();
+    // Of each plateau its own correlation, so that a few with structure do not outweigh the others.
+    let typical = |times: usize| {
+        let each = own.iter().filter(|p| p.pairs[times].count > 0.0);
+        let mut each: Vec<f64> = each
+            .map(|p| {
+                let pairs = p.pairs[times];
+                (pairs.sum / p.variance + pairs.follows) / pairs.count
+            })
+            .collect();
+        (each.len() >= MIN_PLATEAUS).then(|| median(&mut each))
+    };
+    Some(NoiseCorrelation {
+        neighbours: typical(0)?,
+        second: typical(1)?,
+        far: 0.0,
     })
 }
 

@@ -184,13 +184,25 @@ impl Scene<'_> {
         if snr < least && !is_kept {
             return Err(Refusal::new(Reason::Faint, snr, least));
         }
-        let of_channel = |channel: usize| {
+        let of_channel = |channel: usize, mask: &[bool]| {
             let profile = profiles[channel].as_ref();
             let of_profile = profile.map_or(0.0, |p| self.dark_snr(p, noise_sigma[channel]));
-            let of_tile = self.tile_snr(channel, &window, &mask, noise_sigma[channel]);
+            let of_tile = self.tile_snr(channel, &window, mask, noise_sigma[channel]);
             of_profile.min(of_tile * MIN_CHANNEL_SNR / MIN_TILE_SNR)
         };
-        let faintest = (0..count).map(of_channel).fold(f64::INFINITY, f64::min);
+        let faintest_by = |mask: &[bool]| {
+            let each = (0..count).map(|channel| of_channel(channel, mask));
+            each.fold(f64::INFINITY, f64::min)
+        };
+        let mut faintest = faintest_by(&mask);
+        if faintest < MIN_CHANNEL_SNR {
+            // The dark margin of a tile adds noise to the sum of a faint light, and nothing else.
+            for ((x, y), used) in window.pixels().zip(&mut mask) {
+                let off = (x as f64 - peak.x as f64).hypot(y as f64 - peak.y as f64);
+                *used &= off <= reach;
+            }
+            faintest = faintest_by(&mask);
+        }
         if faintest < MIN_CHANNEL_SNR && !is_kept {
             return Err(Refusal::new(Reason::Faint, faintest, MIN_CHANNEL_SNR));
         }

@@ -1,12 +1,14 @@
 //! Faults that only all lights of a photograph show together: sharpening, a curve between light and values, motion, two lenses.
 
-use nalgebra::{DMatrix, DVector};
 use seidel_optics::numeric::{median, quantile, scatter};
 
 use super::{Found, LightSet, MeasuredLight};
+use crate::checks::direction::{self, Blur};
+use crate::checks::two_lenses::{self, Width};
 use crate::checks::{Concern, Severity, black_level, greens, noise_correlation};
 use crate::photograph::Photograph;
 use crate::rejection::Reason;
+use crate::robust_fit::linear_fit;
 
 /// Lights that the checks of a photograph need.
 const MIN_LIGHTS: usize = 12;
@@ -22,58 +24,8 @@ const MAX_WIDENING: f64 = 0.1;
 const MIN_CURVE_SIGMAS: f64 = 10.0;
 /// Radius of that area in units of the extent of a light.
 const AREA_REACH: f64 = 1.1;
-/// Variance of a direction that all lights share, over their variance along both axes: the lens is less exact, or useless.
-const MIN_DIRECTION: f64 = 0.015;
-const MAX_DIRECTION: f64 = 0.05;
-/// Difference of the variance of lights of two photographs, as a share.
-const MAX_DIFFERENCE: f64 = 0.04;
-/// Largest distance of lights of two photographs that are compared, as a share of the width of the frame.
-const NEAR_SHARE: f64 = 0.08;
 /// Share of lights that clip or overlap from which on it is mentioned.
 const MANY: f64 = 0.25;
-
-/// Coefficients of a robust linear fit, and their standard deviations.
-struct LinearFit {
-    coefficients: Vec<f64>,
-    sigmas: Vec<f64>,
-}
-
-/// Fits `values` by the columns of `rows`, clipping outliers at four standard deviations.
-fn linear_fit(rows: &[Vec<f64>], values: &[f64]) -> Option<LinearFit> {
-    let terms = rows.first()?.len();
-    let mut used: Vec<usize> = (0..values.len()).collect();
-    let mut found = None;
-    for _ in 0..8 {
-        if used.len() < terms + 4 {
-            break;
-        }
-        let matrix = DMatrix::from_fn(used.len(), terms, |r, c| rows[used[r]][c]);
-        let right = DVector::from_fn(used.len(), |r, _| values[used[r]]);
-        let normal = (matrix.transpose() * &matrix).cholesky()?;
-        let solution = normal.solve(&(matrix.transpose() * right));
-        let residual = |k: usize| {
-            let row = rows[k].iter().zip(solution.iter());
-            values[k] - row.map(|(a, b)| a * b).sum::<f64>()
-        };
-        let residuals: Vec<f64> = used.iter().map(|k| residual(*k)).collect();
-        let freedom = used.len() - terms;
-        let spread = scatter(&residuals) * (used.len() as f64 / freedom as f64).sqrt();
-        let inverse = normal.inverse();
-        let sigma = |k: usize| spread * inverse[(k, k)].sqrt();
-        found = Some(LinearFit {
-            coefficients: solution.iter().copied().collect(),
-            sigmas: (0..terms).map(sigma).collect(),
-        });
-        let kept: Vec<usize> = (0..values.len())
-            .filter(|k| residual(*k).abs() <= 4.0 * spread.max(1e-12))
-            .collect();
-        if kept == used {
-            break;
-        }
-        used = kept;
-    }
-    found
-}
 
 /// Returns the covariance of `light` in `channel`.
 fn covariance(light: &MeasuredLight, channel: usize) -> Option<[f64; 3]> {
@@ -229,106 +181,30 @@ fn not_linear(photo: &Photograph, lights: &[&MeasuredLight], reach: f64) -> Opti
     })
 }
 
-/// A direction that all lights of a channel share: the constant part of (xx - yy, 2 xy), which a lens that is symmetric about its
-/// axis does not have, and the mean variance.
-struct Direction {
-    value: [f64; 2],
-    sigma: f64,
-    variance: f64,
-}
-
-fn direction(photo: &Photograph, lights: &[&MeasuredLight], channel: usize) -> Option<Direction> {
-    let (mut rows, mut values, mut variances) = (Vec::new(), Vec::new(), Vec::new());
-    for light in lights {
-        let Some([xx, xy, yy]) = covariance(light, channel) else {
-            continue;
-        };
-        let [x, y] = place(photo, light);
-        // Complex powers of the place, z, z² and |z|² z²: coma and astigmatism about an axis near the middle.
-        let (re, im, r2) = (x * x - y * y, 2.0 * x * y, x * x + y * y);
-        rows.push(vec![1.0, 0.0, x, -y, re, -im, r2 * re, -r2 * im]);
-        values.push(xx - yy);
-        rows.push(vec![0.0, 1.0, y, x, im, re, r2 * im, r2 * re]);
-        values.push(2.0 * xy);
-        variances.push((xx + yy) / 2.0);
-    }
-    let fit = linear_fit(&rows, &values)?;
-    Some(Direction {
-        value: [fit.coefficients[0], fit.coefficients[1]],
-        sigma: fit.sigmas[0].max(fit.sigmas[1]),
-        variance: median(&mut variances),
-    })
-}
-
-/// Returns whether all lights are longer along one direction of the frame, in all channels alike.
-fn moved(photo: &Photograph, lights: &[&MeasuredLight]) -> Option<Concern> {
-    let all: Vec<Direction> = (0..photo.channels.len())
-        .filter_map(|channel| direction(photo, lights, channel))
-        .collect();
-    let weight: f64 = all.iter().map(|d| d.sigma.powi(-2)).sum();
-    let mean = [0, 1].map(|k| {
-        all.iter()
-            .map(|d| d.value[k] / (d.sigma * d.sigma))
-            .sum::<f64>()
-            / weight
-    });
-    let variance = all.iter().map(|d| d.variance).sum::<f64>() / all.len().max(1) as f64;
-    let length = mean[0].hypot(mean[1]);
-    let share = length / (2.0 * variance);
-    if all.is_empty() || share < MIN_DIRECTION || length * weight.sqrt() < MIN_SIGMAS {
-        return None;
-    }
-    let angle = (mean[1].atan2(mean[0]) / 2.0).to_degrees();
-    let severity = if share > MAX_DIRECTION {
-        Severity::Refuse
-    } else {
-        Severity::Widen(share)
+/// Returns the second moments of `lights` in every channel of `photo`.
+fn blurs(photo: &Photograph, lights: &[&MeasuredLight]) -> Vec<Vec<Blur>> {
+    let of = |light: &&MeasuredLight, channel: usize| {
+        Some(Blur {
+            at: light.place(),
+            covariance: covariance(light, channel)?,
+        })
     };
-    Some(Concern::new(
-        severity,
-        &photo.name,
-        format!(
-            "shows motion or a squeezed picture: all lights are longer along {angle:.0}° from the right towards the bottom, by a variance of {length:.2} px², that of a motion of {:.1} px",
-            (12.0 * length).sqrt()
-        ),
-        "photograph again from a tripod with a self-timer; give a squeezed picture as the sensor recorded it",
-    ))
+    (0..photo.channels.len())
+        .map(|channel| lights.iter().filter_map(|l| of(l, channel)).collect())
+        .collect()
 }
 
-/// Returns whether the lights of photograph `b` are wider or narrower than those beside them in photograph `a`.
-fn unlike(
-    a: (&Photograph, &[&MeasuredLight]),
-    b: (&Photograph, &[&MeasuredLight]),
-) -> Option<Concern> {
-    let near = NEAR_SHARE * a.0.width as f64;
-    let mut ratios = Vec::new();
-    for light in b.1 {
-        let [x, y] = light.place();
-        let off = |other: &MeasuredLight| (other.place()[0] - x).hypot(other.place()[1] - y);
-        let nearest = a.1.iter().min_by(|p, q| off(p).total_cmp(&off(q)))?;
-        if off(nearest) < near {
-            let trace = |l: &MeasuredLight| covariance(l, l.reference).map(|[xx, _, yy]| xx + yy);
-            ratios.push((trace(light)? / trace(nearest)?).ln());
-        }
-    }
-    if ratios.len() < MIN_LIGHTS {
-        return None;
-    }
-    let sigma = 1.25 * scatter(&ratios) / (ratios.len() as f64).sqrt();
-    let middle = median(&mut ratios);
-    (middle.abs() > MAX_DIFFERENCE.max(MIN_SIGMAS * sigma)).then(|| {
-        Concern::new(
-            Severity::Refuse,
-            &b.0.name,
-            format!(
-                "shows another lens, focus or distance than {}: the variance of its lights is {:.0} % {}, at one stated distance",
-                a.0.name,
-                100.0 * middle.exp_m1().abs(),
-                if middle > 0.0 { "larger" } else { "smaller" }
-            ),
-            "state the distance of each photograph, or measure them one by one",
-        )
-    })
+/// Returns the widths of `lights`.
+fn widths(lights: &[&MeasuredLight]) -> Vec<Width> {
+    let of = |light: &&MeasuredLight| {
+        let [xx, _, yy] = covariance(light, light.reference)?;
+        Some(Width {
+            at: light.place(),
+            normal: [0.0; 2],
+            variance_px2: (xx + yy) / 2.0,
+        })
+    };
+    lights.iter().filter_map(of).collect()
 }
 
 /// Returns the concerns about every photograph by itself, and about pairs at one distance.
@@ -349,19 +225,12 @@ pub(super) fn concerns(set: &LightSet, found: &[Found]) -> Vec<Concern> {
         all.extend(overexposed(set, index, lights.len()));
         if lights.len() >= MIN_LIGHTS {
             all.extend(not_linear(photo, &lights, found.extent_px));
-            all.extend(moved(photo, &lights));
-        }
-        let first = set.photographs[..index]
-            .iter()
-            .position(|p| p.distance == photo.distance);
-        if let Some(first) = first {
-            let earlier = lights_of(first);
-            all.extend(unlike(
-                (&set.photographs[first], &earlier),
-                (photo, &lights),
-            ));
+            all.extend(direction::check(photo, "lights", &blurs(photo, &lights)));
         }
     }
+    let own = (0..set.photographs.len()).map(|index| widths(&lights_of(index)));
+    let own: Vec<Vec<Width>> = own.collect();
+    all.extend(two_lenses::check_all(&set.photographs, &own, "lights"));
     all
 }
 
