@@ -1,7 +1,7 @@
 //! The options and commands behind the terms of messages that come from the libraries.
 
 /// Terms of the libraries, each with what a user of the command gives or runs for it.
-const TERMS: [(&str, &str); 20] = [
+const TERMS: [(&str, &str); 21] = [
     ("reduced model", "--model reduced"),
     ("extended model", "--model extended"),
     ("as a fit writes it", "seidel fit"),
@@ -22,6 +22,7 @@ const TERMS: [(&str, &str); 20] = [
     ("depth unit", "--depth-unit"),
     ("near and far distances", "--near, --far"),
     ("distances are along the ray", "--along-ray"),
+    ("encoding of the pictures", "--encoding"),
 ];
 
 /// Returns `message` with the option or command behind each of its [`TERMS`].

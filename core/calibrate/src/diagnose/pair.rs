@@ -586,6 +586,4 @@ fn at_edges(set: &ObservationSet) -> f64 {
 }
 
 #[cfg(test)]
-mod depth_tests;
-#[cfg(test)]
 mod tests;

@@ -137,7 +137,7 @@ impl SourceTiles {
 
     /// Takes the tiles over which the blur changes so fast that kernels at their corners do not tell the one in their middle.
     fn take_changing(&mut self, lens: &LensProbe, scene: &Scene) -> Result<BTreeSet<GridIndex>> {
-        if self.grid.tile < 2 * SMALLEST_TILE || self.grid.tile % 4 != 0 {
+        if self.grid.tile < 2 * SMALLEST_TILE || !self.grid.tile.is_multiple_of(4) {
             return Ok(BTreeSet::new());
         }
         let allowed = (lens.tolerance).interpolation_error_at(self.grid.level, lens.model);

@@ -115,3 +115,6 @@ impl DepthPlane {
 pub(super) fn distance(vergence: f64) -> ObjectDistance {
     ObjectDistance::metres(1.0 / vergence).unwrap_or(ObjectDistance::Infinity)
 }
+
+#[cfg(test)]
+mod tests;

@@ -99,7 +99,7 @@ pub(super) fn encoding_remark(
     is_power.then(|| {
         format!(
             "the brightness of the plate goes as the power {exponent:.2} of that of the sharp picture: one of them is encoded. \
-             Give scene-linear pictures, or state --encoding"
+             Give scene-linear pictures, or state the encoding of the pictures"
         )
     })
 }

@@ -4,8 +4,8 @@ use seidel_optics::lens::VergenceSeries;
 use seidel_optics::no_progress;
 use seidel_optics::profile::LensDescription;
 
-use super::tests::{SIDE, SIZE, lens, picture, texture};
-use super::*;
+use super::super::tests::{SIDE, SIZE, lens, picture, texture};
+use super::super::*;
 use crate::diagnose::{DiagnosisSettings, Verdict, diagnose, rays};
 
 /// Vergences of the left and the right half, 1/m.
