@@ -232,7 +232,7 @@ mod tests {
             verdict(&d).replace('\u{a0}', " ")
         };
         let text = text_of(&crop);
-        assert!(text.starts_with("A mistake in the books of the set: positions are those in a crop. With that corrected, the gap falls from 80 % to 0.2 %. No effect"), "{text}");
+        assert!(text.starts_with("A mistake in the books of the set: positions are those in a crop. With that corrected, the gap falls from 80 % to 0.20 %. No effect"), "{text}");
         let camera = Bookkeeping {
             gap_after: 0.8,
             ..crop.clone()
