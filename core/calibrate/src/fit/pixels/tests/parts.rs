@@ -24,6 +24,13 @@ fn observe(lens: &PupilChannel) -> ObservationSet {
     observed(lens, PLACES, 0.0, &mut SplitMix64::new(12))
 }
 
+/// Places per distance that are too few for two planes of symmetry, which take long to try.
+const FEW_PLACES: usize = 16;
+
+fn observe_few(lens: &PupilChannel) -> ObservationSet {
+    observed(lens, FEW_PLACES, 0.0, &mut SplitMix64::new(12))
+}
+
 fn fitted(set: &ObservationSet, model: PupilModel) -> PupilFit {
     let settings = PupilSettings {
         model,
@@ -75,14 +82,11 @@ fn a_decentred_lens_is_found_and_a_symmetric_model_of_it_reported() {
     );
 }
 
-/// Places per distance that are too few for two planes of symmetry, which take long to try.
-const FEW_PLACES: usize = 16;
-
 #[test]
 fn a_tilted_sensor_is_found_from_the_sizes_of_tiles_and_is_no_decentred_element() {
     let values = [1.5, -5.0, 0.0, 0.0];
     let lens = with(&effects::SensorTilt, &values);
-    let set = observed(&lens, FEW_PLACES, 0.0, &mut SplitMix64::new(12));
+    let set = observe_few(&lens);
     let fit = fitted(&set, PupilModel::Auto);
     assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
     for (k, want) in [(0, 1.5), (1, -5.0)] {
@@ -145,7 +149,7 @@ fn an_anamorphic_lens_is_found() {
 fn an_uneven_pupil_and_its_centre_are_found() {
     let values = [0.8, 0.0, 0.25, -0.1];
     let fit = fitted(
-        &observe(&with(&effects::Apodisation, &values)),
+        &observe_few(&with(&effects::Apodisation, &values)),
         PupilModel::Extended,
     );
     for (k, want) in values.into_iter().enumerate() {
@@ -159,7 +163,7 @@ fn an_uneven_pupil_and_its_centre_are_found() {
 fn the_mirror_of_a_catadioptric_lens_is_found_and_its_place() {
     let values = [0.42, 0.2];
     let lens = with(&effects::Obstruction, &values);
-    let set = observed(&lens, FEW_PLACES, 0.0, &mut SplitMix64::new(12));
+    let set = observe_few(&lens);
     let fit = fitted(&set, PupilModel::Extended);
     for (k, want) in values.into_iter().enumerate() {
         let got = found(&fit, "obstruction", k).expect("a ring");
@@ -192,7 +196,7 @@ fn one_stop_is_found_and_not_imitated_by_seventh_order() {
 
 #[test]
 fn blades_are_counted() {
-    let set = observe(&with(&effects::AperturePolygon, &[7.0, 20.0, 1.06, 0.1]));
+    let set = observe_few(&with(&effects::AperturePolygon, &[7.0, 20.0, 1.06, 0.1]));
     let fit = fitted(&set, PupilModel::Extended);
     assert_eq!(found(&fit, "aperture_polygon", 0), Some(7.0));
     let rotation = found(&fit, "aperture_polygon", 1).expect("blades");
@@ -237,7 +241,7 @@ fn parts_that_few_tiles_do_not_determine_are_held_back() {
 fn a_free_axis_is_kept_when_parts_are_added() {
     let mut values = effects::neutral(&effects::HigherOrder);
     (values[0], values[1]) = (2.0, -3.0);
-    let mut set = observe(&with(&effects::HigherOrder, &values));
+    let mut set = observe_few(&with(&effects::HigherOrder, &values));
     let truth = set.frame.axis();
     let off = ImagePoint::new(truth.x_px + 30.0, truth.y_px - 20.0);
     set.frame = set.frame.with_axis(off).expect("in the frame");
