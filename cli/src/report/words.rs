@@ -102,12 +102,12 @@ pub(super) fn round_gap(value: f64) -> String {
     format!("{}{SPACE}%", minus_sign(&significant(100.0 * value, 2)))
 }
 
-/// Formats a probability, never as 0 or 100 %.
+/// Formats a probability for HTML, never as 0 or 100 %.
 pub(super) fn probability(probability: f64) -> String {
     if probability < 0.001 {
-        format!("<{SPACE}0.1{SPACE}%")
+        format!("&lt;{SPACE}0.1{SPACE}%")
     } else if probability > 0.999 {
-        format!(">{SPACE}99.9{SPACE}%")
+        format!("&gt;{SPACE}99.9{SPACE}%")
     } else {
         percent(probability)
     }
@@ -232,7 +232,7 @@ mod tests {
         assert_eq!(gap(0.004), "0.40\u{a0}%");
         assert_eq!(gap(0.000_047), "0.0047\u{a0}%");
         assert_eq!(round_gap(0.01), "1\u{a0}%");
-        assert_eq!(probability(1e-9), "<\u{a0}0.1\u{a0}%");
+        assert_eq!(probability(1e-9), "&lt;\u{a0}0.1\u{a0}%");
         let mut v = FittedValue {
             name: "w060",
             channel: None,
