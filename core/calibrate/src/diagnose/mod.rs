@@ -73,7 +73,7 @@ const REFINED_SINGLES: usize = 4;
 const REFINED_RATIO: f64 = 4.0;
 /// Detection limits that effects leave where mistakes are looked for beside them.
 const LEFT_LIMITS: f64 = 1.5;
-/// Mistakes beside effects that are diagnosed at most, and the largest share that the right one leaves of what effects leave without it.
+/// Largest number of mistakes beside effects that are diagnosed. The right one leaves at most this share of the gap that effects alone leave.
 const MAX_BESIDE_EFFECTS: usize = 2;
 const MISTAKE_LEAVES: f64 = 0.3;
 
@@ -128,9 +128,10 @@ pub fn diagnose(
         suspected,
     )?;
     candidates.truncate(MAX_BESIDE_EFFECTS);
-    for candidate in candidates {
-        let half = |share: f64| progress(0.5 + 0.5 * share);
-        let of_corrected = diagnose_corrected(lens, candidate, settings, model.clone(), &half)?;
+    let count = candidates.len() as f64;
+    for (index, candidate) in candidates.into_iter().enumerate() {
+        let part = |share: f64| progress(0.5 + 0.5 * (index as f64 + share) / count);
+        let of_corrected = diagnose_corrected(lens, candidate, settings, model.clone(), &part)?;
         if is_better(&of_corrected, &as_stated) {
             return Ok(of_corrected);
         }

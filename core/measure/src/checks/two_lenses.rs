@@ -10,7 +10,7 @@ const MIN_PAIRS: usize = 12;
 /// Difference of the variances of two photographs, as a share, and multiple of its own error from which on it is beyond doubt.
 const MAX_DIFFERENCE: f64 = 0.04;
 const MIN_SIGMAS: f64 = 6.0;
-/// Largest distance of what is compared, as a share of the width of the frame.
+/// Largest distance between two places whose blur is compared, as a share of the width of the frame.
 const NEAR_SHARE: f64 = 0.08;
 
 /// Variance of the blur at a place, along a direction where it has one.

@@ -459,7 +459,7 @@ impl HiddenEstimate {
         self.add_record(&other.sums, share);
     }
 
-    /// Adds what cells of one size know of what lies behind the place `x` of their grid.
+    /// Adds the hidden samples of the cells of one size around the place `x` of their grid.
     fn add_line(&mut self, line: &CellRows, x: f32, near: &Nearer) {
         let left = 1.0 - self.weight;
         // The four cells reach no farther than twice their side, by the measure of `EdgeDistance`, and hold pixels at edges alone.

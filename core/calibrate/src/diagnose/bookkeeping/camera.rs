@@ -20,8 +20,10 @@ pub(super) struct Contradiction {
 
 /// The side that the tiles support.
 pub(super) enum Side {
-    /// The tiles are those of the lens as it stands.
+    /// The tiles are those of the lens as it stands, by its predictions.
     Lens,
+    /// No prediction decides: predictions do not depend on the stated pixel pitch and focal length.
+    Undecided,
     /// The lens agrees better with the tiles at the settings that the set states: the gap of that.
     Set(f64),
 }
@@ -76,6 +78,7 @@ pub(super) fn contradiction(
         .flatten();
     let side = match at_settings {
         Some(after) if after < DESCRIBES * before => Side::Set(after.max(0.0)),
+        None if before > MIN_GAP => Side::Undecided,
         _ => Side::Lens,
     };
     Some(Contradiction {

@@ -3,14 +3,11 @@
 use seidel_optics::numeric::{dot, median};
 use seidel_optics::tile::Tile;
 
-use super::estimates::Pair;
-use super::mistakes::{Change, Mistake};
+use super::super::tiles::TileData;
 use super::sharpening::blurred;
 
 /// Blurs tried, px.
 const BLURS_PX: [f64; 7] = [0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.25];
-/// Largest share of the gap that the right blur leaves: a filter that follows edges is none.
-const LARGEST_SHARE: f64 = 0.5;
 /// Largest variance of the finest detail in the dark parts of tiles, over that of the stated noise: white noise has 1.
 const MAX_FINE_NOISE: f64 = 0.3;
 /// Variances of coarse detail, in the same unit, that are blurred noise: less is none, and more is light.
@@ -28,10 +25,14 @@ const NORMAL_MEDIAN: f64 = 0.674_49;
 /// Steps of Van Cittert's iteration that takes the blur off; more of them amplify what is left of noise.
 const STEPS: usize = 6;
 
-/// Returns the blur of light and noise that describes the tiles best; `None` where noise is not stated, or as stated.
-pub(super) fn find(pairs: &[Pair]) -> Option<Mistake> {
+/// Returns the standard deviation of the blur of light and noise, px, that describes the tiles best; `None` where noise is not stated, or
+/// as stated. `pairs` are tiles with their predictions, both of unit sum.
+pub(super) fn find<'a>(
+    pairs: impl Iterator<Item = (&'a TileData, &'a [f64])> + Clone,
+) -> Option<f64> {
     let of_lag = |lag| {
-        let mut each: Vec<f64> = pairs.iter().filter_map(|p| noise(p, lag)).collect();
+        let each = pairs.clone();
+        let mut each: Vec<f64> = each.filter_map(|(t, p)| noise(t, p, lag)).collect();
         (each.len() >= MIN_TILES).then(|| median(&mut each))
     };
     let (fine, coarse) = (of_lag(FINE_PX)?, of_lag(COARSE_PX)?);
@@ -39,7 +40,7 @@ pub(super) fn find(pairs: &[Pair]) -> Option<Mistake> {
         return None;
     }
     let with_blur = |sigma_px: f64| {
-        let terms = pairs.iter().map(|Pair { tile, predicted }| {
+        let terms = pairs.clone().map(|(tile, predicted)| {
             let soft = blurred(predicted, tile.size.0, tile.size.1, sigma_px);
             let residual = tile.residual(&soft);
             dot(&residual, &residual) / tile.norm
@@ -48,22 +49,12 @@ pub(super) fn find(pairs: &[Pair]) -> Option<Mistake> {
     };
     let best = BLURS_PX.into_iter().map(with_blur);
     let (_, sigma_px) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Mistake {
-        id: "denoising",
-        words: format!(
-            "tiles were denoised or resampled: their noise is blurred too, by about {sigma_px} px"
-        ),
-        remedy: "Take PSFs from pictures without noise reduction and at their own size: from raw files, developed without either."
-            .to_owned(),
-        largest_share: LARGEST_SHARE,
-        change: Change::Denoising(sigma_px),
-    })
+    Some(sigma_px)
 }
 
 /// Returns the variance of the mixed second difference of that lag over dark pixels of a tile, over that of its stated noise; `None` with
 /// few such pixels or without noise.
-fn noise(pair: &Pair, lag: usize) -> Option<f64> {
-    let Pair { tile, predicted } = pair;
+fn noise(tile: &TileData, predicted: &[f64], lag: usize) -> Option<f64> {
     let (width, height) = tile.size;
     if tile.sigma <= 0.0 || !tile.counts.is_empty() || width.min(height) <= lag {
         return None;

@@ -21,14 +21,16 @@ const MIN_LEVEL_RATIO: f64 = 4.0;
 const MIN_LEVEL_SHARE: f64 = 0.01;
 /// Ratio of the relative scatters of the level in stored units and as a share of the light, below which it is a level and no glare.
 const LEVEL_OR_GLARE: f64 = 0.6;
+/// Largest share of the gap that the blur of denoised tiles leaves: a filter that follows edges is no blur.
+const LEFT_OF_DENOISED: f64 = 0.5;
 /// Least amount of an unsharp mask, and the blurs tried, px.
 const MIN_SHARPENING: f64 = 0.15;
 const BLURS_PX: [f64; 6] = [0.5, 0.7, 1.0, 1.5, 2.0, 3.0];
 
 /// A tile with its prediction, both of unit sum.
-pub(super) struct Pair<'a> {
-    pub(super) tile: &'a TileData,
-    pub(super) predicted: Vec<f64>,
+struct Pair<'a> {
+    tile: &'a TileData,
+    predicted: Vec<f64>,
 }
 
 /// Returns the mistakes with an amount that `tiles` of `set` show, if `nothing` is missing.
@@ -45,8 +47,26 @@ pub(super) fn of(nothing: &Hypothesis, tiles: &[TileData], set: &ObservationSet)
     all.extend(offset(tiles));
     all.extend(black_level(&pairs, set.channels.len()));
     all.extend(sharpening(&pairs));
-    all.extend(denoising::find(&pairs));
+    all.extend(denoised(&pairs));
     all
+}
+
+/// Returns the blur of tiles whose noise was blurred with them; `None` where noise is as stated.
+fn denoised(pairs: &[Pair]) -> Option<Mistake> {
+    let each = pairs
+        .iter()
+        .map(|pair| (pair.tile, pair.predicted.as_slice()));
+    let sigma_px = denoising::find(each)?;
+    Some(Mistake {
+        id: "denoising",
+        words: format!(
+            "tiles were denoised or resampled: their noise is blurred too, by about {sigma_px} px"
+        ),
+        remedy: "Take PSFs from pictures without noise reduction and at their own size: from raw files, developed without either."
+            .to_owned(),
+        largest_share: LEFT_OF_DENOISED,
+        change: Change::Denoising(sigma_px),
+    })
 }
 
 /// Returns the median of `values` and their median absolute deviation from it; `None` without any.

@@ -179,7 +179,7 @@ impl<'a> Comparison<'a> {
     fn wrong_camera(&self, words: String) -> Box<Bookkeeping> {
         Box::new(Bookkeeping {
             mistake: "camera",
-            words: format!("{words}, and the tiles agree better with the lens"),
+            words,
             remedy: "State the camera with which the set was taken.".to_owned(),
             gap_before: self.before,
             gap_after: self.before,
@@ -232,8 +232,17 @@ pub(super) fn find(
                     100.0 * books.before
                 ));
             }
-            Side::Lens if matches!(found, Some(FoundMistake::Sure(_))) => remark = Some(words),
-            Side::Lens => found = Some(FoundMistake::Sure(books.wrong_camera(words))),
+            Side::Lens | Side::Undecided if matches!(found, Some(FoundMistake::Sure(_))) => {
+                remark = Some(words);
+            }
+            Side::Lens => {
+                let words = format!("{words}, and the tiles agree better with the lens");
+                found = Some(FoundMistake::Sure(books.wrong_camera(words)));
+            }
+            Side::Undecided => {
+                let words = format!("{words}, and one of them is wrong");
+                found = Some(FoundMistake::Sure(books.wrong_camera(words)));
+            }
         }
     }
     Ok(Books { found, remark })
