@@ -6,6 +6,7 @@ mod hosts;
 mod looks;
 mod noise;
 mod panels;
+mod performance;
 mod programs;
 mod remove;
 mod samples;
@@ -49,7 +50,7 @@ const COMPARISONS: [&str; 3] = [
     "cli/src/demo/",
 ];
 
-static PICTURES: [Picture; 14] = [
+static PICTURES: [Picture; 15] = [
     picture(
         "before-after",
         |p| demo_file(p, "before-after.png"),
@@ -100,6 +101,11 @@ static PICTURES: [Picture; 14] = [
             "cli/src/pictures/shapes",
             "cli/src/pictures/plot",
         ],
+    ),
+    picture(
+        "performance",
+        performance::draw,
+        &["xtask/src/pictures/performance"],
     ),
 ];
 

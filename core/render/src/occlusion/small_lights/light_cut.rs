@@ -157,8 +157,16 @@ impl LightCut<'_> {
                 (low.min(first), high.max(end))
             })
         };
-        let columns = bounds(LightDisc::columns);
-        let rows = bounds(LightDisc::rows);
+        // Light beyond the window is lost.
+        let seen = |(first, end): (i32, i32), from: usize, count: usize| {
+            (first.max(from as i32), end.min((from + count) as i32))
+        };
+        let window = self.window;
+        let columns = seen(bounds(LightDisc::columns), window.column, window.width);
+        let rows = seen(bounds(LightDisc::rows), window.row, window.height);
+        if columns.0 >= columns.1 {
+            return;
+        }
         let mut lit: Vec<usize> = Vec::new();
         let mut hidden = vec![0.0_f32; (columns.1 - columns.0) as usize];
         for row in rows.0..rows.1 {
@@ -184,9 +192,11 @@ impl LightCut<'_> {
                 }
             }
             for disc in &mut *discs {
-                let offset = (disc.left - columns.0) as usize;
-                if let Some(line) = disc.line_mut(row) {
-                    for (sample, hidden) in line.iter_mut().zip(&hidden[offset..]) {
+                let (left, line) = (disc.left, disc.line_mut(row));
+                let seen = line.and_then(|line| line.get_mut((columns.0 - left).max(0) as usize..));
+                let hidden = hidden.get((left - columns.0).max(0) as usize..);
+                if let (Some(seen), Some(hidden)) = (seen, hidden) {
+                    for (sample, hidden) in seen.iter_mut().zip(hidden) {
                         *sample *= (1.0 - hidden).max(0.0);
                     }
                 }
