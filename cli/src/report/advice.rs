@@ -1,5 +1,6 @@
 //! The section with the meaning of each cause, its fitted values, and what to do about it.
 
+use seidel_core::diagnosis::Bookkeeping;
 use seidel_core::{Diagnosis, Verdict};
 
 use super::markup::{escape, with_code};
@@ -19,12 +20,18 @@ pub(super) struct Advice {
     pub(super) action: String,
 }
 
-/// Returns the causes that the verdict names: the added ones, then their rivals, then the unknown cause.
+/// Probability below which an effect that was added to an unexplained gap is not taken for its cause.
+const LEAST_PROBABILITY_OF_CAUSE: f64 = 0.5;
+
+/// Returns the mistake in the books, then the causes that the verdict names: the unknown cause, the added ones, then their rivals.
 pub(super) fn advice(d: &Diagnosis) -> Vec<Advice> {
     let mut ids: Vec<&'static str> = Vec::new();
     let rivals = d.equivalents.iter().flatten();
     let unknown = (d.verdict_on_effects() == Verdict::Unexplained).then_some("unknown");
-    for id in d.added.iter().chain(rivals).copied().chain(unknown) {
+    for id in unknown
+        .into_iter()
+        .chain(d.added.iter().chain(rivals).copied())
+    {
         if !ids.contains(&id) {
             ids.push(id);
         }
@@ -35,10 +42,17 @@ pub(super) fn advice(d: &Diagnosis) -> Vec<Advice> {
         title: sentence(title(id)),
         meaning: meaning(id).to_owned(),
         amount: amount(d, id),
-        action: action(id),
+        action: if unknown.is_some() && is_improbable(d, id) {
+            "It closes a part of the gap and is hardly its cause: make the next capture before you change anything."
+                .to_owned()
+        } else {
+            action(id)
+        },
     };
-    too_simple
+    let mistake = d.bookkeeping.as_ref().map(mistake_advice);
+    mistake
         .into_iter()
+        .chain(too_simple)
         .chain(ids.into_iter().map(of_cause))
         .collect()
 }
@@ -46,6 +60,31 @@ pub(super) fn advice(d: &Diagnosis) -> Vec<Advice> {
 fn amount(d: &Diagnosis, id: &str) -> String {
     let cause = d.causes.iter().find(|cause| cause.effect == id);
     cause.map_or(String::new(), |cause| sentence(&cause.amount))
+}
+
+/// Returns whether an effect is known to be less probable than the limit for a cause.
+fn is_improbable(d: &Diagnosis, id: &str) -> bool {
+    let cause = d
+        .causes
+        .iter()
+        .find(|cause| cause.effect == id && id != "unknown");
+    cause.is_some_and(|cause| cause.probability < LEAST_PROBABILITY_OF_CAUSE)
+}
+
+/// Returns the advice for a mistake in the books.
+fn mistake_advice(found: &Bookkeeping) -> Advice {
+    let place = if found.can_be_corrected {
+        ". The corrected set is in the folder corrected-set; all that follows is of it."
+    } else {
+        "."
+    };
+    Advice {
+        id: found.mistake,
+        title: "A mistake in the books".to_owned(),
+        meaning: format!("{}.", sentence(&found.words)),
+        amount: String::new(),
+        action: format!("{}{place}", found.remedy.trim_end_matches('.')),
+    }
 }
 
 /// Returns the advice for a model that does not describe its own set.

@@ -22,13 +22,6 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
         format!("compared: {}", subject.counts(d)),
         format!("added: {added}"),
     ];
-    if let Some(found) = &d.bookkeeping {
-        let place = match found.can_be_corrected {
-            true => " The corrected set is in the folder corrected-set",
-            false => "",
-        };
-        lines.push(format!("what to do first: {}{place}", found.remedy));
-    }
     let after = if d.added.is_empty() {
         String::new()
     } else {

@@ -122,7 +122,7 @@ fn places(d: &Diagnosis) -> String {
                 angle(p.zone.angle_deg),
                 p.tiles,
                 gap(p.excess),
-                gap_interval(p)
+                gap_interval(p).unwrap_or_else(|| "uncertain".to_owned())
             )
         })
         .collect();

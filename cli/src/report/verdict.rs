@@ -3,7 +3,7 @@
 use seidel_core::{Diagnosis, Verdict};
 
 use super::words::{
-    between, closed, gap, gap_interval, is_wide, list, percent, place, sentence, title,
+    between, closed, gap, gap_interval, is_narrow, is_wide, list, percent, place, sentence, title,
 };
 
 /// Returns the verdict as one or two sentences; after a mistake in the books, it is on the corrected set.
@@ -133,19 +133,23 @@ pub(super) fn lead(d: &Diagnosis) -> String {
             let interval = d.gap.closed_ci95;
             parts.push(if is_wide(interval) {
                 "The closed share is uncertain: zones of the field disagree.".to_owned()
+            } else if is_narrow(interval) {
+                // The verdict states it.
+                String::new()
             } else {
                 format!("The closed share is {}.", between(interval))
             });
         }
         if let Some(worst) = d.places.first() {
+            let interval = gap_interval(worst).map_or(String::new(), |ends| format!(", {ends}"));
             parts.push(format!(
-                "The gap is largest in {}: {}, {}.",
+                "The gap is largest in {}: {}{interval}.",
                 place(worst),
                 gap(worst.excess),
-                gap_interval(worst)
             ));
         }
     }
+    parts.retain(|part| !part.is_empty());
     parts.join(" ")
 }
 

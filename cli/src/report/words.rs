@@ -57,20 +57,28 @@ pub(super) fn closed_between(share: f64, interval: [f64; 2]) -> String {
         "a share that these observations do not determine".to_owned()
     } else if interval[0] > ALL_CLOSED {
         between(interval)
+    } else if is_narrow(interval) {
+        closed(share)
     } else {
         format!("{}, {}", closed(share), between(interval))
     }
 }
 
-/// Formats the 95 % interval of the gap of a zone in words.
-pub(super) fn gap_interval(place: &Place) -> String {
+/// Returns whether both ends of an interval read the same.
+pub(super) fn is_narrow([from, to]: [f64; 2]) -> bool {
+    percent(from) == percent(to)
+}
+
+/// Formats the 95 % interval of the gap of a zone in words; `None` where it is wider than the gap, or ends above all light.
+pub(super) fn gap_interval(place: &Place) -> Option<String> {
     let half = 1.96 * place.excess / place.z.max(f64::MIN_POSITIVE);
     let bound = |value: f64| {
         let decimals = decimals(100.0 * place.excess, 2);
         let share = format!("{:.decimals$}", 100.0 * value.max(0.0));
         format!("{}{SPACE}%", minus_sign(&share))
     };
-    interval(&bound(place.excess - half), &bound(place.excess + half))
+    let is_stated = half <= place.excess / 2.0 && place.excess + half <= 1.0;
+    is_stated.then(|| interval(&bound(place.excess - half), &bound(place.excess + half)))
 }
 
 fn interval(from: &str, to: &str) -> String {
@@ -268,9 +276,13 @@ mod tests {
         assert_eq!(gap(2.17).replace('\u{a0}', " "), "more than 100 %");
         let place = &crate::report::samples::places()[0];
         assert_eq!(
-            gap_interval(place).replace('\u{a0}', " "),
+            gap_interval(place).expect("narrow").replace('\u{a0}', " "),
             "between 13 % and 15 % (95 % interval)"
         );
+        let mut wide = place.clone();
+        wide.z = 3.0;
+        assert_eq!(gap_interval(&wide), None);
+        assert_eq!(closed_between(0.9994, [0.9992, 0.9994]), "99.9\u{a0}%");
         assert_eq!(gap(-1e-4), "0\u{a0}% (within noise)");
     }
 

@@ -176,6 +176,7 @@ fn adequacy_json(adequacy: &Adequacy) -> Value {
         "worst": {
             "channel": worst.channel, "distance": worst.distance.to_string(),
             "zone": worst.zone.id(), "excess_gap": worst.excess_gap,
+            "elsewhere_gap": worst.elsewhere_gap,
         },
         "pattern": {
             "periods": pattern.periods, "share": pattern.share, "field": pattern.field.id(),

@@ -34,6 +34,8 @@ pub struct WorstPlace {
     pub zone: FieldZone,
     /// Mean excess there.
     pub excess_gap: f64,
+    /// Mean excess of all other held-out tiles; `None` without any, and in profiles of versions that did not state it.
+    pub elsewhere_gap: Option<f64>,
 }
 
 /// A third of the field by its radius.
@@ -143,6 +145,13 @@ impl Adequacy {
             Verdict::DoesNotDescribe
         }
     }
+
+    /// Returns whether the model fails in its worst place alone, and describes the lens elsewhere.
+    pub fn fails_in_one_place(&self) -> bool {
+        let elsewhere = self.worst.elsewhere_gap;
+        self.verdict() != Verdict::Describes
+            && elsewhere.is_some_and(|gap| gap <= MAX_EXCESS_DESCRIBED)
+    }
 }
 
 impl fmt::Display for Adequacy {
@@ -175,14 +184,18 @@ impl fmt::Display for Adequacy {
             distance,
             zone,
             excess_gap,
+            elsewhere_gap,
         } = &self.worst;
         write!(
             f,
-            ". Largest at the {} of the field, channel {channel}, {distance}: {}. {}",
+            ". Largest at the {} of the field, channel {channel}, {distance}: {}",
             zone.id(),
             percent(*excess_gap),
-            self.pattern
-        )
+        )?;
+        if let Some(gap) = elsewhere_gap {
+            write!(f, ", elsewhere {}", percent(gap.max(0.0)))?;
+        }
+        write!(f, ". {}", self.pattern)
     }
 }
 

@@ -258,6 +258,7 @@ fn held_out(held_out: &HeldOut) -> Result<()> {
         let gaps = [a.noise_gap, a.excess_gap, a.systematic_gap];
         gaps.into_iter()
             .chain([a.worst.excess_gap, a.pattern.share])
+            .chain(a.worst.elsewhere_gap)
     });
     let all: Vec<f64> = of_groups
         .chain([held_out.snr_db, held_out.pixel_gap])

@@ -187,15 +187,25 @@ fn worst_place(groups: &[Group], corner_radius: f64) -> WorstPlace {
     for group in groups {
         for zone in FieldZone::ALL {
             let is_within =
-                |r: &&TileResidual| FieldZone::at_radius(r.at.radius() / corner_radius) == zone;
-            let within = || group.held_out.iter().filter(is_within);
+                |r: &TileResidual| FieldZone::at_radius(r.at.radius() / corner_radius) == zone;
+            let within = || group.held_out.iter().filter(|r| is_within(r));
             let mean = weighted_mean(within(), TileResidual::excess);
             if within().next().is_some() && worst.as_ref().is_none_or(|w| mean > w.excess_gap) {
+                let elsewhere = || {
+                    let pairs = groups
+                        .iter()
+                        .flat_map(|g| g.held_out.iter().map(move |r| (g, r)));
+                    pairs
+                        .filter(|(g, r)| !std::ptr::eq(*g, group) || !is_within(r))
+                        .map(|(_, r)| r)
+                };
                 worst = Some(WorstPlace {
                     channel: group.channel.clone(),
                     distance: group.distance,
                     zone,
                     excess_gap: mean,
+                    elsewhere_gap: (elsewhere().next().is_some())
+                        .then(|| weighted_mean(elsewhere(), TileResidual::excess).max(0.0)),
                 });
             }
         }
@@ -254,4 +264,42 @@ fn mean_energy(group: &Group, periods: usize, turns: bool) -> f64 {
         }
     }
     weights * mean.iter().map(|c| c.norm_sqr()).sum::<f64>() * multiplicity(periods)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn residual(x: f64, gap: f64) -> TileResidual {
+        TileResidual {
+            at: FieldPoint { x, y: 0.0 },
+            gap,
+            noise: 0.0,
+            harmonics: vec![Complex::new(0.0, 0.0); MAX_PERIODS + 1],
+        }
+    }
+
+    /// Returns three tiles from the axis to the corner at two distances; the last has a gap of its own.
+    fn groups(corner_gap: f64) -> [Group; 2] {
+        let group = |metres, gaps: [f64; 3]| Group {
+            channel: "G".into(),
+            distance: ObjectDistance::Metres(metres),
+            held_out: (0..3).map(|k| residual(0.4 * k as f64, gaps[k])).collect(),
+            fitted: Vec::new(),
+        };
+        [group(1.0, [1e-3; 3]), group(2.0, [1e-3, 1e-3, corner_gap])]
+    }
+
+    #[test]
+    fn a_model_that_fails_in_one_zone_is_right_elsewhere() {
+        let one = of(&groups(0.1), 1.0);
+        assert!(one.fails_in_one_place());
+        assert_eq!(one.worst.zone, FieldZone::Edge);
+        assert_eq!(one.worst.distance, ObjectDistance::Metres(2.0));
+        assert!((one.worst.elsewhere_gap.expect("other tiles") - 1e-3).abs() < 1e-9);
+        let mut all = groups(0.1);
+        all[0].held_out[0].gap = 0.1;
+        assert!(!of(&all, 1.0).fails_in_one_place());
+        assert!(!of(&groups(1e-3), 1.0).fails_in_one_place());
+    }
 }

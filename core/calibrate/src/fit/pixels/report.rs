@@ -18,7 +18,8 @@ use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::Result;
 use seidel_optics::lens::{VergencePoint, VergenceSeries};
 use seidel_optics::profile::{
-    HeldOut, LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel, Verdict,
+    Adequacy, HeldOut, LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel,
+    Verdict,
 };
 
 /// A fitted pupil model and its report.
@@ -107,7 +108,8 @@ pub(super) fn assemble(
         rejected.extend(score.outliers);
     }
     let wrong = (lens.adequacy()).is_some_and(|a| a.verdict() != Verdict::Describes);
-    if wrong {
+    let fails_in_one_place = lens.adequacy().is_some_and(Adequacy::fails_in_one_place);
+    if wrong && !fails_in_one_place {
         omit_standard_errors(&mut lens);
     }
     let axis = (context.settings.axis == AxisChoice::Free).then(|| {
@@ -124,9 +126,12 @@ pub(super) fn assemble(
     warnings.extend(coverage::remarks(&context.frame, context.measured));
     warnings.extend(lens.held_out.as_ref().and_then(neighbours_remark));
     if let Some(adequacy) = lens.adequacy().filter(|_| wrong) {
-        warnings.push(format!(
-            "{adequacy}. Standard errors are not stated, since they assume the model"
-        ));
+        let errors = if fails_in_one_place {
+            "Standard errors assume the model: do not trust them for what that place alone determines"
+        } else {
+            "Standard errors are not stated, since they assume the model"
+        };
+        warnings.push(format!("{adequacy}. {errors}"));
     }
     if !fit.converged {
         warnings

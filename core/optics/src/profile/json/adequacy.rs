@@ -44,6 +44,9 @@ struct WorstFile {
     zone: String,
     /// Mean excess there.
     excess_gap: f64,
+    /// Mean excess of all other held-out tiles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    elsewhere_gap: Option<f64>,
 }
 
 /// The shape that the residuals of most energy have.
@@ -71,6 +74,7 @@ impl AdequacyFile {
                 depth_m: optional_metres(worst.distance),
                 zone: worst.zone.id().to_owned(),
                 excess_gap: worst.excess_gap,
+                elsewhere_gap: worst.elsewhere_gap,
             },
             pattern: PatternFile {
                 periods: pattern.periods,
@@ -98,6 +102,7 @@ impl AdequacyFile {
                 })?,
                 channel: self.worst.channel,
                 excess_gap: self.worst.excess_gap,
+                elsewhere_gap: self.worst.elsewhere_gap,
             },
             pattern: ResidualPattern {
                 periods: self.pattern.periods,

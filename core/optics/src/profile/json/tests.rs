@@ -118,6 +118,7 @@ fn pupil_profile() -> LensProfile {
                     distance: ObjectDistance::Infinity,
                     zone: FieldZone::Edge,
                     excess_gap: 5e-3,
+                    elsewhere_gap: Some(3.5e-3),
                 },
                 pattern: ResidualPattern {
                     periods: 2,
