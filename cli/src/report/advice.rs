@@ -74,7 +74,7 @@ fn is_improbable(d: &Diagnosis, id: &str) -> bool {
 /// Returns the advice for a mistake in the books.
 fn mistake_advice(found: &Bookkeeping) -> Advice {
     let place = if found.can_be_corrected {
-        ". The corrected set is in the folder corrected-set; all that follows is of it."
+        ". The corrected set is in the folder corrected-set; all other figures are of it."
     } else {
         "."
     };

@@ -314,3 +314,18 @@ fn diffraction_has_no_derivatives() {
         &mut out,
     );
 }
+
+/// A period that holds such rays would take gigabytes.
+#[test]
+fn rays_over_thousands_of_pixels_do_not_diffract() {
+    let numbers = ReducedNumbers {
+        alpha: 20_000.0,
+        ..ReducedNumbers::default()
+    };
+    let at = FieldPoint::new(0.8, 0.5);
+    let disc = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
+    let of_rays = drawn(&disc, (-4.0, -4.0), (8, 8));
+    let of_waves = drawn(&diffracting(2.0, disc), (-4.0, -4.0), (8, 8));
+    assert!(of_rays[0] > 0.0);
+    assert!(off(&of_waves, &of_rays) < 0.02 * of_rays[0]);
+}
