@@ -5,7 +5,7 @@ use plotters::prelude::*;
 
 use super::programs::Programs;
 
-/// How often the demo's plate, 960 x 540, is repeated along each side.
+/// Factors by which the demo's plate, 960 x 540, is enlarged along each side.
 const FRAMES: [usize; 4] = [1, 2, 4, 8];
 /// The frame of full HD among them.
 const HD: usize = 2;
