@@ -8,7 +8,6 @@ use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::support::{Support, TilePixels};
 use seidel_optics::moments::{CentralMoments, FourthMoments};
 use seidel_optics::observations::ObservationSet;
-use seidel_optics::tile::Tile;
 
 /// Variance of a PSF along x or y, px², below which its pixels do not tell its centroid. A disc of this variance has its
 /// centroid off by up to 0.02 px; light that falls into a single pixel, by up to half a pixel.
@@ -16,6 +15,8 @@ const MIN_VARIANCE_PX2: f64 = 0.5;
 
 /// Mean light along a border of a tile, relative to its peak, above which the tile cuts the PSF. Whole PSFs reach 0.02.
 const MAX_LIGHT_AT_BORDER: f64 = 0.1;
+/// Standard errors of that mean that are taken for noise.
+const NOISE_AT_BORDER: f64 = 3.0;
 
 /// A tile excluded from a fit.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -134,22 +135,34 @@ pub(crate) fn set_origins(sets: &[ObservationSet], tiles: &mut [MeasuredTile]) {
     }
 }
 
-/// Returns the mean light along the brightest border of `tile`, relative to its peak.
-fn light_at_border(tile: &Tile) -> f64 {
-    let (width, height, samples) = (tile.width(), tile.height(), tile.samples());
-    let mean = |start: usize, step: usize, count: usize| {
-        let border = (0..count).map(|k| f64::from(samples[start + k * step]));
-        border.sum::<f64>() / count as f64
-    };
-    let borders = [
-        mean(0, 1, width),
-        mean((height - 1) * width, 1, width),
-        mean(0, width, height),
-        mean(width - 1, width, height),
-    ];
-    let peak = samples.iter().copied().fold(0.0, f32::max);
-    let brightest = borders.into_iter().fold(0.0, f64::max);
-    brightest / f64::from(peak).max(f64::MIN_POSITIVE)
+/// Returns the mean light along the brightest border of the counted pixels beyond their noise, relative to their peak.
+fn light_at_border(pixels: &TilePixels) -> f64 {
+    let (width, height) = (pixels.tile.width(), pixels.tile.height());
+    // Every second row and column of a mosaic may hold no pixel of a colour.
+    let depth = if pixels.counted.is_some() { 2 } else { 1 };
+    let mut peak = f64::MIN_POSITIVE;
+    let mut borders = [(0.0, 0.0); 4];
+    for (index, sample) in pixels.tile.samples().iter().enumerate() {
+        if pixels.counted.is_some_and(|counted| !counted[index]) {
+            continue;
+        }
+        let (x, y, sample) = (index % width, index / width, f64::from(*sample));
+        peak = peak.max(sample);
+        let lies_at = [
+            y < depth,
+            y + depth >= height,
+            x < depth,
+            x + depth >= width,
+        ];
+        for ((sum, count), _) in borders.iter_mut().zip(lies_at).filter(|(_, lies)| *lies) {
+            *sum += sample;
+            *count += 1.0;
+        }
+    }
+    let sigma = pixels.noise_sigma.unwrap_or(0.0);
+    let lit = borders.into_iter().filter(|(_, count)| *count > 0.0);
+    let means = lit.map(|(sum, count)| sum / count - NOISE_AT_BORDER * sigma / count.sqrt());
+    means.fold(0.0, f64::max) / peak
 }
 
 fn measure_one(
@@ -172,19 +185,19 @@ fn measure_one(
     }
     let light = observation.light(channel);
     let sigma = observation.noise_sigma[channel];
-    let at_border = light_at_border(&light);
-    if at_border > MAX_LIGHT_AT_BORDER {
-        return Err(reject(&format!(
-            "the tile cuts the PSF: along one border its light is {:.0} % of its peak. Cut larger tiles",
-            100.0 * at_border
-        )));
-    }
     let counted = sets[set].counted(observation, channel);
     let pixels = TilePixels {
         tile: &light,
         counted: counted.as_deref(),
         noise_sigma: sigma,
     };
+    let at_border = light_at_border(&pixels);
+    if at_border > MAX_LIGHT_AT_BORDER {
+        return Err(reject(&format!(
+            "the tile cuts the PSF: along one border its light is {:.0} % of its peak. Cut larger tiles",
+            100.0 * at_border
+        )));
+    }
     let (plain, mask) = pixels
         .moments(support)
         .ok_or_else(|| reject("holds no light above its noise"))?;
@@ -220,7 +233,9 @@ fn measure_one(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use seidel_optics::mosaic::Mosaic;
     use seidel_optics::observations::Observation;
+    use seidel_optics::tile::Tile;
 
     /// Returns a set of discs with `radius`, in tiles of 15 px, at `places` of a frame of 1000 x 600 px, at infinity and at 2 m in
     /// turn.
@@ -251,5 +266,40 @@ pub(crate) mod tests {
                 .all(|r| r.file == "0" && r.reason.contains("cuts the PSF"));
             assert!(named && rejected.len() == usize::from(cut), "{rejected:?}");
         }
+    }
+
+    #[test]
+    fn noise_at_a_border_does_not_cut_a_psf() {
+        let mut set = discs(6.0, &[[300.5, 200.5]]);
+        let mut samples = set.observations[0].tiles[0].samples().to_vec();
+        // Light of a cut PSF, or noise of a fifth of the peak.
+        samples[..15].fill(0.15);
+        set.observations[0].tiles[0] = Tile::new(15, 15, samples).expect("light");
+        let is_cut = |set: &ObservationSet| {
+            measure(
+                std::slice::from_ref(set),
+                Support::AllPixels,
+                &mut Vec::new(),
+            )
+            .is_empty()
+        };
+        assert!(is_cut(&set));
+        set.observations[0].noise_sigma[0] = Some(0.2);
+        assert!(!is_cut(&set));
+    }
+
+    #[test]
+    fn pixels_of_other_colours_do_not_cut_a_psf() {
+        let mut set = discs(6.0, &[[300.5, 200.5]]);
+        set.channels = vec!["G".into()];
+        set.mosaic = Some(Mosaic::parse("RGGB").expect("a mosaic"));
+        let counted = set.counted(&set.observations[0], 0).expect("a mosaic");
+        let mut samples = set.observations[0].tiles[0].samples().to_vec();
+        for (sample, _) in samples.iter_mut().zip(counted).filter(|(_, of_g)| !of_g) {
+            *sample += 0.5;
+        }
+        set.observations[0].tiles[0] = Tile::new(15, 15, samples).expect("light");
+        let measured = measure(&[set], Support::AllPixels, &mut Vec::new());
+        assert_eq!(measured.len(), 1);
     }
 }

@@ -124,6 +124,7 @@ pub fn fit_moments(
     };
     let mut rejected = Vec::new();
     let tiles = measure(sets, settings.support, &mut rejected);
+    check_channels(sets, &tiles, &rejected)?;
     let groups = group_tiles(sets, &tiles)?;
     whole.reach(0.3)?;
     let (frame, axis) = if settings.axis == AxisChoice::Free {
@@ -196,6 +197,36 @@ fn check_same_camera(sets: &[ObservationSet]) -> Result<&ObservationSet> {
         }
     }
     Ok(first)
+}
+
+/// Checks that each channel has a tile, and names the most frequent reason why one has none.
+fn check_channels(
+    sets: &[ObservationSet],
+    tiles: &[MeasuredTile],
+    rejected: &[Rejection],
+) -> Result<()> {
+    for (channel, name) in sets[0].channels.iter().enumerate() {
+        let of_channel: Vec<&Rejection> = rejected.iter().filter(|r| r.channel == *name).collect();
+        if of_channel.is_empty() || tiles.iter().any(|tile| tile.channel == channel) {
+            continue;
+        }
+        // Figures follow the colon.
+        let kind = |r: &&Rejection| r.reason.split(':').next().unwrap_or_default().to_owned();
+        let count = |wanted: &String| of_channel.iter().filter(|r| kind(r) == *wanted).count();
+        let reason = of_channel.iter().map(kind).max_by_key(count);
+        let reason = reason.unwrap_or_default();
+        return Err(Error::new(
+            format!("channel {name}"),
+            format!(
+                "has no usable tile: {} of {} are left out with the reason `{reason}`",
+                count(&reason),
+                of_channel.len()
+            ),
+            "measure brighter lights or a darker background, or leave the channel out",
+        )
+        .with_kind(seidel_optics::ErrorKind::InsufficientData));
+    }
+    Ok(())
 }
 
 fn group_tiles<'a>(sets: &[ObservationSet], tiles: &'a [MeasuredTile]) -> Result<Vec<Group<'a>>> {

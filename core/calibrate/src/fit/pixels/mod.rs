@@ -158,7 +158,8 @@ fn fit_in_stages(
     };
     let mut rejected = Vec::new();
     let measured = measure(sets, settings.support, &mut rejected);
-    // Also reports mixed distances and channels without tiles.
+    super::check_channels(sets, &measured, &rejected)?;
+    // Also reports mixed distances.
     let groups = super::group_tiles(sets, &measured)?;
     if settings.axis == AxisChoice::Free {
         let found = axis::find_axis(
