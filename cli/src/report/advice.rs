@@ -4,6 +4,7 @@ use seidel_core::diagnosis::Bookkeeping;
 use seidel_core::{Diagnosis, Verdict};
 
 use super::markup::{escape, with_code};
+use super::verdict::in_answers;
 use super::words::{action, list, meaning, sentence, title};
 
 /// A cause with its plain words.
@@ -42,7 +43,7 @@ pub(super) fn advice(d: &Diagnosis) -> Vec<Advice> {
         title: sentence(title(id)),
         meaning: meaning(id).to_owned(),
         amount: amount(d, id),
-        action: if unknown.is_some() && is_improbable(d, id) {
+        action: if is_hardly_the_cause(d, id) {
             "It closes a part of the gap and is hardly its cause: make the next capture before you change anything."
                 .to_owned()
         } else {
@@ -62,13 +63,11 @@ fn amount(d: &Diagnosis, id: &str) -> String {
     cause.map_or(String::new(), |cause| sentence(&cause.amount))
 }
 
-/// Returns whether an effect is known to be less probable than the limit for a cause.
-fn is_improbable(d: &Diagnosis, id: &str) -> bool {
-    let cause = d
-        .causes
-        .iter()
-        .find(|cause| cause.effect == id && id != "unknown");
-    cause.is_some_and(|cause| cause.probability < LEAST_PROBABILITY_OF_CAUSE)
+/// Returns whether an effect was added to an unexplained gap, and the answers that name it are improbable.
+fn is_hardly_the_cause(d: &Diagnosis, id: &str) -> bool {
+    d.verdict_on_effects() == Verdict::Unexplained
+        && d.added.contains(&id)
+        && in_answers(d, id) < LEAST_PROBABILITY_OF_CAUSE
 }
 
 /// Returns the advice for a mistake in the books.

@@ -114,7 +114,7 @@ fn rivals(d: &Diagnosis) -> String {
 }
 
 /// Returns the probability of all answers that name the effect `id`, alone or with others.
-fn in_answers(d: &Diagnosis, id: &str) -> f64 {
+pub(super) fn in_answers(d: &Diagnosis, id: &str) -> f64 {
     let own = d.causes.iter().find(|cause| cause.effect == id);
     let own = own.map_or(0.0, |cause| cause.probability);
     // A cause has only its part of the probability of those together.
@@ -131,14 +131,13 @@ pub(super) fn lead(d: &Diagnosis) -> String {
     } else {
         if !d.added.is_empty() {
             let interval = d.gap.closed_ci95;
-            parts.push(if is_wide(interval) {
-                "The closed share is uncertain: zones of the field disagree.".to_owned()
-            } else if is_narrow(interval) {
-                // The verdict states it.
-                String::new()
-            } else {
-                format!("The closed share is {}.", between(interval))
-            });
+            if is_wide(interval) {
+                parts
+                    .push("The closed share is uncertain: zones of the field disagree.".to_owned());
+            } else if !is_narrow(interval) {
+                // A narrow one is in the verdict.
+                parts.push(format!("The closed share is {}.", between(interval)));
+            }
         }
         if let Some(worst) = d.places.first() {
             let interval = gap_interval(worst).map_or(String::new(), |ends| format!(", {ends}"));
@@ -149,7 +148,6 @@ pub(super) fn lead(d: &Diagnosis) -> String {
             ));
         }
     }
-    parts.retain(|part| !part.is_empty());
     parts.join(" ")
 }
 

@@ -142,6 +142,11 @@ fn incompatible_sets_are_rejected() {
     let error = fit_moments(&[mixed], &MomentsSettings::default(), &no_progress)
         .expect_err("mixed distances");
     assert!(error.place.contains("depth_m"), "{error}");
+    let mut clipped = near.clone();
+    (clipped.observations.iter_mut()).for_each(|observation| observation.saturated = true);
+    let error = fit_moments(&[clipped], &MomentsSettings::default(), &no_progress)
+        .expect_err("no usable tile");
+    assert!(error.problem.contains("marked saturated"), "{error}");
     let mut few = near;
     few.observations.truncate(2);
     assert!(fit_moments(&[few], &MomentsSettings::default(), &no_progress).is_err());

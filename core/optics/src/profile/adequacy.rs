@@ -193,7 +193,7 @@ impl fmt::Display for Adequacy {
             percent(*excess_gap),
         )?;
         if let Some(gap) = elsewhere_gap {
-            write!(f, ", elsewhere {}", percent(gap.max(0.0)))?;
+            write!(f, ", elsewhere {}", percent(*gap))?;
         }
         write!(f, ". {}", self.pattern)
     }

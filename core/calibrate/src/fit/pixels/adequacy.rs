@@ -183,34 +183,33 @@ fn interpolated(at: FieldPoint, fitted: &[TileResidual]) -> Vec<Complex<f64>> {
 }
 
 fn worst_place(groups: &[Group], corner_radius: f64) -> WorstPlace {
-    let mut worst: Option<WorstPlace> = None;
+    let zone_of = |r: &TileResidual| FieldZone::at_radius(r.at.radius() / corner_radius);
+    let mut worst: Option<(f64, &Group, FieldZone)> = None;
     for group in groups {
         for zone in FieldZone::ALL {
-            let is_within =
-                |r: &TileResidual| FieldZone::at_radius(r.at.radius() / corner_radius) == zone;
-            let within = || group.held_out.iter().filter(|r| is_within(r));
+            let within = || group.held_out.iter().filter(|r| zone_of(r) == zone);
             let mean = weighted_mean(within(), TileResidual::excess);
-            if within().next().is_some() && worst.as_ref().is_none_or(|w| mean > w.excess_gap) {
-                let elsewhere = || {
-                    let pairs = groups
-                        .iter()
-                        .flat_map(|g| g.held_out.iter().map(move |r| (g, r)));
-                    pairs
-                        .filter(|(g, r)| !std::ptr::eq(*g, group) || !is_within(r))
-                        .map(|(_, r)| r)
-                };
-                worst = Some(WorstPlace {
-                    channel: group.channel.clone(),
-                    distance: group.distance,
-                    zone,
-                    excess_gap: mean,
-                    elsewhere_gap: (elsewhere().next().is_some())
-                        .then(|| weighted_mean(elsewhere(), TileResidual::excess).max(0.0)),
-                });
+            if within().next().is_some() && worst.is_none_or(|(most, ..)| mean > most) {
+                worst = Some((mean, group, zone));
             }
         }
     }
-    worst.expect("there are held-out tiles")
+    let (excess_gap, group, zone) = worst.expect("there are held-out tiles");
+    let is_there = |g: &Group, r: &TileResidual| {
+        (&g.channel, g.distance, zone_of(r)) == (&group.channel, group.distance, zone)
+    };
+    let elsewhere: Vec<&TileResidual> = groups
+        .iter()
+        .flat_map(|g| g.held_out.iter().filter(move |r| !is_there(g, r)))
+        .collect();
+    WorstPlace {
+        channel: group.channel.clone(),
+        distance: group.distance,
+        zone,
+        excess_gap,
+        elsewhere_gap: (!elsewhere.is_empty())
+            .then(|| weighted_mean(elsewhere.into_iter(), TileResidual::excess).max(0.0)),
+    }
 }
 
 /// Returns the periods of most energy, and how their harmonics change over the field.

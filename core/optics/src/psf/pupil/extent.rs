@@ -26,6 +26,8 @@ const LEFT_OUT: f64 = 0.005;
 const DIFFRACTED_SHARE: f64 = 0.0912;
 /// Largest distance from the rays to which diffraction and a halo are drawn, px.
 const FARTHEST_PX: f64 = 200.0;
+/// Largest radius of the rays that is drawn with diffraction, px. Pixels hide its fringes in a larger PSF.
+const MOST_RADIUS_PX: f64 = 1024.0;
 
 /// The box about the chief ray that holds the landing points of all rays, px.
 #[derive(Debug, Clone, Copy)]
@@ -77,7 +79,7 @@ impl Extent {
         // Rays between those traced, the blur, and the pixel of the outermost ray.
         let margin =
             (pupil.blur_variances_px2()).map(|v| 0.04 * self.radius() + 5.0 * v.sqrt() + 0.5);
-        let half_width = half_width(pupil);
+        let half_width = half_width(pupil, self);
         let [across, down] = [0, 1].map(|axis| {
             let waves = half_width.map_or(0.0, |half_width| {
                 let unit = pupil.wave_px * pupil.squeeze[axis].abs() / half_width;
@@ -139,9 +141,10 @@ impl Extent {
 
 /// Returns the smallest half width of the pupil in pupil radii, at least 0.1; `None` if it is drawn by rays.
 ///
-/// An almost closed pupil is drawn by rays as well: the diffraction of a pinhole would have no bounds.
-pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
-    let diffracts = pupil.diffracts();
+/// An almost closed pupil is drawn by rays as well: the diffraction of a pinhole would have no bounds. So are rays over more than
+/// [`MOST_RADIUS_PX`], to which a step of a search may lead: the period that holds them would fill the memory.
+pub(super) fn half_width(pupil: &LocalPupil, extent: &Extent) -> Option<f64> {
+    let diffracts = pupil.diffracts() && extent.radius() <= MOST_RADIUS_PX;
     let depth = if diffracts {
         pupil.inscribed_circle().1
     } else {

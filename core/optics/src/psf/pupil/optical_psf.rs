@@ -77,9 +77,7 @@ impl OpticalPsf {
             size,
             room: [0, 1].map(|axis| reach[axis] + blur[axis]),
         };
-        // A step of a search may lead to rays over any number of pixels: the period that holds them would fill the memory.
-        let diffracts = extent.radius() <= wave::MOST_RADIUS_PX;
-        let spectrum = if let Some(half_width) = half_width(pupil).filter(|_| diffracts) {
+        let spectrum = if let Some(half_width) = half_width(pupil, extent) {
             wave::spectrum(pupil, half_width, extent, &view, &mut space.fourier)
         } else {
             let scatters = largest.halo.share != 0.0;

@@ -25,8 +25,6 @@ const MOST_SKIRT: f64 = 40.0;
 /// For a wider window (rays over more than about 240 q, or a large tile and tiny q), q is raised until this many
 /// samples suffice. The fringes of so small a q are hidden by pixels and blur; they only become coarser.
 const MOST_SAMPLES: usize = 1024;
-/// Largest radius of the rays that is drawn with diffraction, px. Pixels hide its fringes in a larger PSF.
-pub(super) const MOST_RADIUS_PX: f64 = 1024.0;
 /// Largest period of the PSF, px, where the rays do not need more. The skirts of a narrow pupil may reach farther; they fold back.
 const MOST_PERIOD_PX: f64 = 4096.0;
 
@@ -72,8 +70,8 @@ impl Axis {
         let unit = unit * squeeze;
         let alone = far.max(half) + half + SKIRT * unit;
         let asked = alone.max(2.0 * far);
-        let most = 2.0 * (half + room + MOST_SKIRT * unit);
-        let most = most.min(MOST_PERIOD_PX.max(2.0 * (half + room)));
+        let rays = 2.0 * (half + room);
+        let most = (rays + 2.0 * MOST_SKIRT * unit).min(MOST_PERIOD_PX.max(rays));
         let pixels = fast_length(asked.min(most).ceil() as usize + 1);
         let step = q * squeeze / pixels as f64;
         let stops = pupil.stops();
