@@ -258,7 +258,9 @@ pub mod evaluation {
 
 /// The parts of a [`Fit`].
 pub mod fitting {
-    pub use seidel_calibrate::fit::{MomentsFit, PupilFit, PupilModel, PupilSettings, Weighting};
+    pub use seidel_calibrate::fit::{
+        MomentsFit, PartTrial, PupilFit, PupilModel, PupilSettings, Weighting,
+    };
 }
 
 /// The parts of a [`LensProfile`].

@@ -95,6 +95,12 @@ fn the_extended_model_and_its_options_are_reported_completely() {
     for list in ["correlations", "unclear", "rejected", "left_out", "remarks"] {
         assert!(report[list].is_array(), "{list}");
     }
+    let parts = report["parts_tried"].as_array().expect("parts");
+    assert!(parts.iter().any(|part| part["effect"] == "decentre"));
+    for part in parts {
+        assert!(part["trials"].as_u64() >= Some(1) && part["seconds"].as_f64() > Some(0.0));
+        assert!(part["added"].is_boolean(), "{part}");
+    }
 
     let line = "fit @set -o @b.json --use-all --law-only --json";
     let report = json(&succeeds(folder, line).stdout);

@@ -4,6 +4,8 @@ mod moments;
 mod pupil;
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use seidel_calibrate::diagnose::{MistakeInSet, mistakes_between};
@@ -116,6 +118,12 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     Ok(())
 }
 
+/// Returns the seconds since its first call.
+fn seconds_of_run() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
+}
+
 impl FitArgs {
     /// Returns the paths of all sets, for errors.
     fn set_names(&self) -> String {
@@ -139,6 +147,7 @@ impl FitArgs {
             use_all: self.use_all,
             law_only: self.law_only,
             test_image: self.image.as_deref().map(read_image).transpose()?,
+            clock: Some(seconds_of_run),
         })
     }
 

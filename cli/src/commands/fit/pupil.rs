@@ -1,7 +1,8 @@
 //! Reports of `--model reduced` and `--model extended`.
 
 use seidel_calibrate::fit::pixels::{Correlation, Metric};
-use seidel_core::fitting::PupilFit;
+use seidel_core::LensProfile;
+use seidel_core::fitting::{PartTrial, PupilFit};
 use seidel_core::profile::{Adequacy, HeldOut};
 use serde_json::{Value, json};
 
@@ -64,6 +65,7 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
             found.axis.x_px, found.sigma_px.0, found.axis.y_px, found.sigma_px.1
         ));
     }
+    print_parts_tried(fit, console);
     for Correlation { names, value } in fit.correlations.iter().take(PRINTED_CORRELATIONS) {
         console.print(format!(
             "{} and {} are correlated ({value:.2})",
@@ -72,6 +74,38 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
     }
     print_rejected(&fit.rejected, args, console);
     console.print(format!("wrote {}", args.output.display()));
+}
+
+/// Prints the parts that were tried, those that took longest first.
+fn print_parts_tried(fit: &PupilFit, console: &mut Console) {
+    let seconds = |part: &PartTrial| part.seconds.unwrap_or(0.0);
+    let mut parts: Vec<&PartTrial> = fit.parts_tried.iter().collect();
+    if parts.is_empty() {
+        return;
+    }
+    parts.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
+    let all: f64 = parts.iter().map(|part| seconds(part)).sum();
+    console.print(format!(
+        "tried {} parts in {all:.1} s; for each, what divides the misfit of held-out zones at best, trials and time:",
+        parts.len()
+    ));
+    for part in parts {
+        let gain = (part.gain).map_or_else(|| "-".to_owned(), |g| format!("{:.2}", g.exp()));
+        let is_added = is_in(&fit.lens, part.effect);
+        console.print(format!(
+            "  {:<20} {gain:>8} {:>3} {:>7.1} s{}",
+            part.effect,
+            part.trials,
+            seconds(part),
+            if is_added { "  added" } else { "" }
+        ));
+    }
+}
+
+/// Returns whether a fitted `lens` has the part `effect`.
+fn is_in(lens: &LensProfile, effect: &str) -> bool {
+    let first = lens.pupil_channels().first();
+    first.is_some_and(|channel| channel.effects.iter().any(|e| e.effect.id() == effect))
 }
 
 fn print_held_out(held_out: &HeldOut, console: &mut Console) {
@@ -123,6 +157,16 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
         .iter()
         .map(|u| json!({"names": u.names, "times": u.inflation}))
         .collect();
+    let parts_tried: Vec<Value> = fit
+        .parts_tried
+        .iter()
+        .map(|p| {
+            json!({
+                "effect": p.effect, "trials": p.trials, "seconds": p.seconds,
+                "misfit_divided_by": p.gain.map(f64::exp), "added": is_in(&fit.lens, p.effect),
+            })
+        })
+        .collect();
     let axis = fit.axis.map(|estimate| {
         json!({
             "x_px": estimate.axis.x_px, "y_px": estimate.axis.y_px,
@@ -137,6 +181,7 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
             Metric::NaturalSpectrum => "picture",
         },
         "converged": fit.converged,
+        "parts_tried": parts_tried,
         "axis": axis,
         "correlations": correlations,
         "unclear": unclear,

@@ -44,6 +44,8 @@ pub struct FitSettings {
     pub law_only: bool,
     /// Test image of the held-out score; [`TestImage::natural`] if `None`. Ignored by [`Model::Moments`].
     pub test_image: Option<TestImage>,
+    /// Seconds since a fixed moment; with it, [`PupilFit::parts_tried`] holds times. Ignored by [`Model::Moments`].
+    pub clock: Option<fn() -> f64>,
 }
 
 /// A fitted lens with its report.
@@ -115,6 +117,7 @@ impl FitSettings {
             use_all: self.use_all,
             law_only: self.law_only,
             test_image: self.test_image.clone(),
+            clock: self.clock,
         }
     }
 }

@@ -43,7 +43,7 @@ use seidel_optics::profile::{
 };
 
 pub use front::{Fit, FitSettings, Model, fit, refit};
-pub use pixels::{PupilFit, PupilModel, PupilSettings, fit_pupil, refit_pupil};
+pub use pixels::{PartTrial, PupilFit, PupilModel, PupilSettings, fit_pupil, refit_pupil};
 pub use plane::Weighting;
 
 /// Settings of [`fit_moments`].

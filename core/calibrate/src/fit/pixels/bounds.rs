@@ -35,6 +35,12 @@ impl ParameterLayout {
         Some(BoundedStep { theta, step })
     }
 
+    /// Returns whether parameter `k` of `theta` is free and lies at one of its bounds.
+    pub(in crate::fit) fn is_at_bound(&self, theta: &[f64], k: usize) -> bool {
+        let slopes = [1.0, -1.0];
+        !self.is_fixed(k) && slopes.iter().any(|slope| !self.is_free(theta, k, *slope))
+    }
+
     /// Returns whether parameter `k` of `theta` may move in the direction of `slope`: it is not fixed, and not at the bound that
     /// lies there.
     fn is_free(&self, theta: &[f64], k: usize, slope: f64) -> bool {

@@ -5,7 +5,7 @@ use std::fmt;
 use super::defocus_starts;
 use super::metric::Metric;
 use super::noise_weights;
-use super::parameters::{ModelStructure, ParameterLayout, Quantity};
+use super::parameters::{ModelStructure, Parameter, ParameterLayout, Quantity};
 use super::pixel_problem::{PixelPoint, PixelProblem};
 use super::tile_equations::{FitTile, MisfitSettings, TileParameters};
 use super::{PupilSettings, Support, no_initial_estimate};
@@ -95,6 +95,48 @@ impl FittedLens {
             layout: layout.clone(),
             theta,
             metric,
+            converged: false,
+        }
+    }
+
+    /// Returns whether a parameter of effect number `which` has changed to the end of its range.
+    pub(super) fn is_at_end_of_range(&self, which: usize) -> bool {
+        let effect = self.layout.structure.effects[which];
+        (self.layout.parameters.iter().enumerate()).any(|(k, parameter)| match parameter {
+            Parameter::Coefficient {
+                quantity: Quantity::Effect(of, number),
+                power: 0,
+                ..
+            } if *of == which => {
+                let neutral = effect.parameters()[*number].neutral;
+                self.theta[k] != neutral && self.layout.is_at_bound(&self.theta, k)
+            }
+            _ => false,
+        })
+    }
+
+    /// Returns the lens without its effect number `which`.
+    pub(super) fn without(&self, context: &FitContext, which: usize) -> Self {
+        let is_removed =
+            |quantity: &Quantity| matches!(quantity, Quantity::Effect(of, _) if *of == which);
+        let mut structure = self.layout.structure.clone();
+        structure.effects.remove(which);
+        (structure.polynomials).retain(|freedom| !is_removed(&freedom.quantity));
+        for freedom in &mut structure.polynomials {
+            if let Quantity::Effect(of, _) = &mut freedom.quantity
+                && *of > which
+            {
+                *of -= 1;
+            }
+        }
+        let parameters = self.layout.parameters.iter().zip(&self.theta);
+        let kept = parameters.filter(|(parameter, _)| {
+            !matches!(parameter, Parameter::Coefficient { quantity, .. } if is_removed(quantity))
+        });
+        Self {
+            layout: context.layout(structure),
+            theta: kept.map(|(_, value)| *value).collect(),
+            metric: self.metric,
             converged: false,
         }
     }

@@ -9,9 +9,11 @@ use super::focus_side::{self, FocusSide};
 use super::leading_part::{self, PLAIN_GAIN};
 use super::named;
 use super::parameters::{ParameterLayout, Quantity};
+use super::part_log::{PartLog, PartTrial};
 use super::part_trial::{Split, Tried, all_misfit};
 use super::parts::{self, Part};
 use super::vergence_law::{self, Refit};
+
 use crate::stage::Stage;
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::Result;
@@ -41,6 +43,8 @@ pub(super) struct Extended {
     pub(super) fit: FittedLens,
     /// Parts that the tiles are too few for, in words.
     pub(super) held_back: Vec<String>,
+    /// Parts that were tried after fifth-order aberrations.
+    pub(super) tried: Vec<PartTrial>,
 }
 
 /// Adds fifth-order aberrations, then every part that improves held-out zones. `estimates` are those of the reduced model,
@@ -53,6 +57,7 @@ pub(super) fn extend(
 ) -> Result<Extended> {
     stage.reach(0.0)?;
     let split = Split::new(context);
+    let mut log = PartLog::new(context.settings.clock);
     let mut fit = fit;
     if split.model_error(context, &fit) > POOR_ERROR
         && let Some(tried) = leading_part::find(context, &split, &fit, estimates)
@@ -62,8 +67,8 @@ pub(super) fn extend(
     stage.reach(PLANES_SHARE)?;
     let parts_stage = stage.part(PLANES_SHARE, PARTS_SHARE);
     fit = match FocusSide::of_camera_if_other(context, &fit) {
-        None => split.with_parts(context, fit, parts_stage)?,
-        Some(side) => split.better_side(context, fit, &side, parts_stage)?,
+        None => split.with_parts(context, fit, &mut log, parts_stage)?,
+        Some(side) => split.better_side(context, fit, &side, &mut log, parts_stage)?,
     };
     stage.reach(PARTS_SHARE)?;
     fit = split.without_needless_blur(context, fit);
@@ -80,6 +85,7 @@ pub(super) fn extend(
     });
     Ok(Extended {
         held_back: held_back.collect(),
+        tried: log.into_parts(),
         fit,
     })
 }
@@ -110,6 +116,7 @@ impl Split<'_> {
         &self,
         context: &FitContext,
         fit: FittedLens,
+        log: &mut PartLog,
         stage: Stage,
     ) -> Result<FittedLens> {
         let fit = vergence_law::choose(
@@ -119,7 +126,7 @@ impl Split<'_> {
             Refit::Short,
             stage.part(0.0, LAW_SHARE),
         )?;
-        self.add_parts(context, fit, stage.part(LAW_SHARE, 1.0))
+        self.add_parts(context, fit, log, stage.part(LAW_SHARE, 1.0))
     }
 
     /// Returns `fit` with all its parts, or the lens on the side of focus that the camera's data tell, whichever describes held-out
@@ -129,22 +136,23 @@ impl Split<'_> {
         context: &FitContext,
         fit: FittedLens,
         side: &FocusSide,
+        log: &mut PartLog,
         stage: Stage,
     ) -> Result<FittedLens> {
         let ours = with_higher_order(context, fit);
         let held = with_higher_order(context, side.held());
         let [before, held_before] = [&ours, &held].map(|fit| self.misfit(context, fit));
         if held_before > before + PLAIN_GAIN {
-            return self.with_parts(context, ours, stage);
+            return self.with_parts(context, ours, log, stage);
         }
-        let held = self.with_parts(context, held, stage.part(0.0, SIDE_SHARE))?;
+        let held = self.with_parts(context, held, log, stage.part(0.0, SIDE_SHARE))?;
         let free = focus_side::freed(context, held);
-        let theirs = self.add_parts(context, free, stage.part(SIDE_SHARE, SIDE_SHARE))?;
+        let theirs = self.add_parts(context, free, log, stage.part(SIDE_SHARE, SIDE_SHARE))?;
         let missed = self.misfit(context, &theirs);
         if missed < before - PLAIN_GAIN {
             return Ok(theirs);
         }
-        let ours = self.with_parts(context, ours, stage.part(SIDE_SHARE, 1.0))?;
+        let ours = self.with_parts(context, ours, log, stage.part(SIDE_SHARE, 1.0))?;
         let is_theirs = focus_side::is_as_good(missed, self.misfit(context, &ours));
         Ok(if is_theirs { theirs } else { ours })
     }
@@ -154,6 +162,7 @@ impl Split<'_> {
         &self,
         context: &FitContext,
         mut fit: FittedLens,
+        log: &mut PartLog,
         stage: Stage,
     ) -> Result<FittedLens> {
         // The number of parts to come is unknown: each takes a share of what is left.
@@ -164,26 +173,60 @@ impl Split<'_> {
             stage.part(from, done)
         };
         let mut open: Vec<Part> = further_parts().collect();
-        while let Some(tried) = self.best(context, &fit, &mut open, next())? {
-            let last = tried.last;
-            let extended = context.refine_between(&tried.layout, tried.theta, fit.metric);
-            let gain = all_misfit(context, &fit) - all_misfit(context, &extended);
-            if gain < MIN_GAIN.min(last.fit.worth) {
-                // The gain was one of the few tiles alone.
-                open.retain(|part| part.effect.id() != last.effect.id());
+        let mut settled: Vec<&str> = Vec::new();
+        loop {
+            let worthy = self.worthy(context, &fit, &mut open, log, next())?;
+            let Some(Added { last, lens, gain }) = self.added(context, &fit, worthy, &mut open)
+            else {
+                let Some(better) = self.begun_again(context, &fit, &mut settled, log) else {
+                    break;
+                };
+                fit = better;
+                open = further_parts().collect();
                 continue;
-            }
+            };
             if gain > LARGE_GAIN {
                 // The part may have hidden what others describe.
                 open = further_parts().collect();
             }
-            fit = extended;
+            fit = lens;
             if !last.fit.shared {
                 let laws = &vergence_law::EXTENDED_LAWS;
                 fit = vergence_law::choose(context, fit, laws, Refit::Short, next())?;
             }
         }
         Ok(fit)
+    }
+
+    /// Returns `fit` with one of its parts fitted again from all its starts, if that describes the tiles better. A part with a parameter at
+    /// the end of its range may have ended in a local minimum before the others were there. Each is begun again once: `settled` holds
+    /// those that were.
+    pub(super) fn begun_again(
+        &self,
+        context: &FitContext,
+        fit: &FittedLens,
+        settled: &mut Vec<&'static str>,
+        log: &mut PartLog,
+    ) -> Option<FittedLens> {
+        let before = all_misfit(context, fit);
+        for which in 0..fit.layout.structure.effects.len() {
+            let part = Part::of(fit.layout.structure.effects[which]);
+            let id = part.effect.id();
+            if !fit.is_at_end_of_range(which) || settled.contains(&id) {
+                continue;
+            }
+            settled.push(id);
+            let rest = fit.without(context, which);
+            let held_out = self.misfit(context, fit);
+            let Some(tried) = log.timed(part, held_out, || self.trial(context, &rest, part)) else {
+                continue;
+            };
+            let again = context.refine_between(&tried.layout, tried.theta, fit.metric);
+            if all_misfit(context, &again) < before - MIN_GAIN {
+                return Some(again);
+            }
+        }
+        None
     }
 
     /// Returns `fit` with the symmetric blur held at zero, if it then describes held-out zones as well as before.
@@ -208,44 +251,85 @@ impl Split<'_> {
         context.refine_between(&layout, theta, fit.metric)
     }
 
-    /// Returns the lens with the part among `open` that has the fewest parameters of those that improve held-out zones of `fit` most,
-    /// or nearly so; `None` if none is worth its parameters. Parts that are in the lens, and those that spoil held-out zones, leave `open`.
-    fn best(
+    /// Returns `fit` with each part among `open` that improves held-out zones by more than it must. Parts that are in the lens, and those
+    /// that spoil held-out zones, leave `open`.
+    fn worthy(
         &self,
         context: &FitContext,
         fit: &FittedLens,
         open: &mut Vec<Part>,
+        log: &mut PartLog,
         stage: Stage,
-    ) -> Result<Option<Tried>> {
+    ) -> Result<Vec<Worthy>> {
         // Fitted like the parts, without the held-out zones.
         let settings = Self::settings(fit);
         let plain = context.descend(&fit.layout, &self.fitted, &fit.theta, settings, BETWEEN);
         let before = self.missed(context, &fit.layout, &plain.point.theta, settings);
-        let mut worthy: Vec<Tried> = Vec::new();
+        let mut worthy: Vec<Worthy> = Vec::new();
         let tried_parts = std::mem::take(open);
         for (k, part) in tried_parts.iter().copied().enumerate() {
             stage.part_of(k, tried_parts.len()).reach(0.0)?;
             if part.is_in(&fit.layout.structure) || part.is_contained_in(&fit.layout.structure) {
                 continue;
             }
-            let Some(tried) = self.trial(context, fit, part) else {
+            let trial = || self.trial(context, fit, part);
+            let Some(tried) = log.timed(part, before, trial) else {
                 open.push(part);
                 continue;
             };
-            if tried.missed <= before + SPOILT {
+            let gain = before - tried.missed;
+            if gain >= -SPOILT {
                 open.push(part);
             }
-            if tried.missed < before - part.fit.worth {
-                worthy.push(tried);
+            if gain > part.fit.worth {
+                worthy.push(Worthy { tried, gain });
             }
         }
-        // A part with many parameters may imitate one with few.
-        let gain = |tried: &Tried| before - tried.missed;
-        let most = worthy.iter().map(gain).fold(0.0, f64::max);
-        let nearly = worthy
-            .into_iter()
-            .filter(|tried| gain(tried) >= NEARLY_BEST * most);
-        let best = nearly.min_by_key(|tried| tried.last.parameters(context.channel_names().len()));
-        Ok(best)
+        Ok(worthy)
     }
+
+    /// Adds to `fit` the part among `worthy` that has the fewest parameters of those that gain most, or nearly so, if it gains over all
+    /// tiles too; otherwise the next. Parts whose gain was one of the few tiles alone leave `open`.
+    fn added(
+        &self,
+        context: &FitContext,
+        fit: &FittedLens,
+        mut worthy: Vec<Worthy>,
+        open: &mut Vec<Part>,
+    ) -> Option<Added> {
+        let channels = context.channel_names().len();
+        while !worthy.is_empty() {
+            // A part with many parameters may imitate one with few.
+            let most = worthy.iter().map(|w| w.gain).fold(0.0, f64::max);
+            let best = (0..worthy.len())
+                .filter(|k| worthy[*k].gain >= NEARLY_BEST * most)
+                .min_by_key(|k| worthy[*k].tried.last.parameters(channels))?;
+            let Tried {
+                last,
+                layout,
+                theta,
+                ..
+            } = worthy.remove(best).tried;
+            let lens = context.refine_between(&layout, theta, fit.metric);
+            let gain = all_misfit(context, fit) - all_misfit(context, &lens);
+            if gain >= MIN_GAIN.min(last.fit.worth) {
+                return Some(Added { last, lens, gain });
+            }
+            open.retain(|part| part.effect.id() != last.effect.id());
+        }
+        None
+    }
+}
+
+/// A part that improves held-out zones, with the decrease of their mean log misfit.
+struct Worthy {
+    tried: Tried,
+    gain: f64,
+}
+
+/// A lens with one part more, and the decrease of the mean log misfit of all tiles.
+struct Added {
+    last: Part,
+    lens: FittedLens,
+    gain: f64,
 }

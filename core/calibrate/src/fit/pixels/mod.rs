@@ -25,6 +25,7 @@ mod metric;
 mod noise_weights;
 mod outliers;
 pub(super) mod parameters;
+mod part_log;
 mod part_trial;
 pub(super) mod parts;
 mod pixel_problem;
@@ -42,6 +43,7 @@ mod vergence_law;
 pub use covariance::{Correlation, PoorlyDetermined};
 pub use metric::Metric;
 pub use parameters::{ModelStructure, PolynomialSpec, Quantity};
+pub use part_log::PartTrial;
 pub use refit::refit_pupil;
 pub use report::{ChannelReport, PupilFit};
 
@@ -76,6 +78,8 @@ pub struct PupilSettings {
     pub law_only: bool,
     /// Test image of the held-out score; [`TestImage::natural`] if `None`.
     pub test_image: Option<TestImage>,
+    /// Seconds since a fixed moment; with it, [`PupilFit::parts_tried`] holds times.
+    pub clock: Option<fn() -> f64>,
 }
 
 /// The model that [`fit_pupil`] fits.
@@ -181,8 +185,13 @@ fn fit_in_stages(
         stages.reduced_law,
     )?;
     let mut held_back = Vec::new();
+    let mut tried = Vec::new();
     if settings.model == PupilModel::Extended {
-        Extended { fit, held_back } = extended::extend(&context, fit, &estimates, stages.extended)?;
+        Extended {
+            fit,
+            held_back,
+            tried,
+        } = extended::extend(&context, fit, &estimates, stages.extended)?;
     }
     if settings.axis == AxisChoice::Free {
         fit = context.free_axis(fit);
@@ -198,6 +207,7 @@ fn fit_in_stages(
         .warnings
         .extend(focus_side::remark(&context, &by_moments, &fit));
     reduced.warnings.extend(held_back);
+    reduced.parts_tried = tried;
     let short = |f: &PupilFit| {
         (f.lens.held_out.as_ref())
             .filter(|h| h.pixel_gap > MAX_REDUCED_GAP)
@@ -207,8 +217,11 @@ fn fit_in_stages(
         check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     };
-    let Extended { mut fit, held_back } =
-        extended::extend(&context, fit, &estimates, stages.extended)?;
+    let Extended {
+        mut fit,
+        held_back,
+        tried,
+    } = extended::extend(&context, fit, &estimates, stages.extended)?;
     if settings.axis == AxisChoice::Free {
         // The parts may have moved it, or begun from estimates without it.
         fit = context.free_axis(fit);
@@ -223,6 +236,7 @@ fn fit_in_stages(
         .map_or(0.0, |h| h.snr_db - before.snr_db);
     if gained < MIN_GAIN_DB {
         check_squeeze(sets, &reduced.lens)?;
+        reduced.parts_tried = tried;
         return Ok(reduced);
     }
     check_squeeze(sets, &extended.lens)?;
@@ -237,6 +251,7 @@ fn fit_in_stages(
     ));
     extended.warnings.extend(side);
     extended.warnings.extend(held_back);
+    extended.parts_tried = tried;
     Ok(extended)
 }
 

@@ -4,6 +4,7 @@ use super::context::{FitContext, FittedLens};
 use super::covariance::{Correlation, CovarianceEstimate, PoorlyDetermined};
 use super::metric::Metric;
 use super::parameters::Quantity;
+use super::part_log::PartTrial;
 use super::registered_centroids::registered_tiles;
 use super::vergence_law::Remainder;
 use super::{PupilModel, score};
@@ -41,6 +42,8 @@ pub struct PupilFit {
     pub poorly_determined: Vec<PoorlyDetermined>,
     /// Whether the last minimisation converged.
     pub converged: bool,
+    /// Parts of the extended model that were tried, each with its gain and its time.
+    pub parts_tried: Vec<PartTrial>,
     /// Limits of the result.
     pub warnings: Vec<String>,
     /// The parameters, from which a second fit starts.
@@ -151,6 +154,7 @@ pub(super) fn assemble(
         correlations: errors.correlations.clone(),
         poorly_determined: errors.poorly_determined.clone(),
         converged: fit.converged,
+        parts_tried: Vec::new(),
         warnings,
         fitted: Box::new(fit),
     })

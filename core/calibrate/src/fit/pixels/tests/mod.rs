@@ -1,5 +1,6 @@
 //! Recovery of synthetic lenses within their stated errors.
 
+mod begun_again;
 mod camera_data;
 mod gradient;
 mod parts;
