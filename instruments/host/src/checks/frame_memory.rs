@@ -14,10 +14,10 @@ pub(super) static CHECK: Check = Check {
 };
 
 /// Frames of the shot.
-const FRAMES: usize = 200;
+const FRAMES: usize = 120;
 
 /// Frames after which caches are full.
-const WARM_UP: usize = 100;
+const WARM_UP: usize = 60;
 
 /// Most bytes that a frame may leave behind, as a share of its picture. Tables of the host and of the plugin grow a little.
 const MAX_SHARE: f64 = 0.25;

@@ -54,7 +54,8 @@ impl CovarianceEstimate {
         let count = normal.nrows();
         let inverse = inverse(&normal);
         let covariance = if fit.metric == Metric::Pixels && tiles.iter().all(|t| t.sigma > 0.0) {
-            inverse
+            // Tiles that differ by noise alone count in full.
+            inverse * point.weight_of_noise()
         } else {
             // Sum over tiles of the outer products of the scores.
             let mut scores = DMatrix::zeros(count, count);

@@ -21,8 +21,8 @@ const MAX_CENTROID_STEP_PX: f64 = 1.0;
 const MIN_FLUX_FACTOR: f64 = 0.2;
 const MAX_FLUX_FACTOR: f64 = 5.0;
 /// Multiple of the median misfit up to which tiles of known noise keep nearly full weight. Where noise
-/// dominates, misfits are about one.
-const NOISE_TOLERANCE: f64 = 10.0;
+/// dominates, misfits are about one; those of two lights in one tile are a few times as large.
+const NOISE_TOLERANCE: f64 = 3.0;
 const DAMPING: Damping = Damping {
     increase: 8.0,
     least: 1e-9,
@@ -67,6 +67,11 @@ impl PixelPoint {
     /// Returns the weights of the tiles under the robust loss.
     pub(super) fn weights(&self) -> impl Iterator<Item = f64> {
         self.misfits.iter().map(|m| self.loss.weight(*m))
+    }
+
+    /// Returns the weight of a tile that differs from the lens by its noise alone.
+    pub(super) fn weight_of_noise(&self) -> f64 {
+        self.loss.weight(1.0)
     }
 
     /// Returns the cost here under `loss`.
