@@ -183,7 +183,6 @@ fn two_hundred_planted_lenses_are_covered() {
     let total = coverage(&all);
     table.push_str(&format!("all: {total:.3}"));
     assert!((0.90..=0.97).contains(&total), "{table}");
-    println!("{table}");
 }
 
 #[test]
