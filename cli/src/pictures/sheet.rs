@@ -370,7 +370,7 @@ mod tests {
             for names in channels {
                 let lens = shaped(names, planes);
                 for model in psf::ALL {
-                    // The name of the model is as long for all numbers.
+                    // Names of models do not depend on the numbers of channels and planes.
                     let shown = model.id() == "skew-normal" || lens == shortest;
                     if !shown || model.needs_rays() {
                         continue;

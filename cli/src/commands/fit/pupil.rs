@@ -76,7 +76,8 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
     console.print(format!("wrote {}", args.output.display()));
 }
 
-/// Prints the parts that were tried, those that took longest first.
+/// Prints the parts that were tried, those that took longest first, with the largest ratio of the misfits of held-out zones before and
+/// after.
 fn print_parts_tried(fit: &PupilFit, console: &mut Console) {
     let seconds = |part: &PartTrial| part.seconds.unwrap_or(0.0);
     let mut parts: Vec<&PartTrial> = fit.parts_tried.iter().collect();
@@ -86,14 +87,18 @@ fn print_parts_tried(fit: &PupilFit, console: &mut Console) {
     parts.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
     let all: f64 = parts.iter().map(|part| seconds(part)).sum();
     console.print(format!(
-        "tried {} parts in {all:.1} s; for each, what divides the misfit of held-out zones at best, trials and time:",
-        parts.len()
+        "tried {} parts in {all:.1} s\n  {:<20} {:>21} {:>6} {:>9}",
+        parts.len(),
+        "part",
+        "misfit before / after",
+        "trials",
+        "time"
     ));
     for part in parts {
         let gain = (part.gain).map_or_else(|| "-".to_owned(), |g| format!("{:.2}", g.exp()));
         let is_added = is_in(&fit.lens, part.effect);
         console.print(format!(
-            "  {:<20} {gain:>8} {:>3} {:>7.1} s{}",
+            "  {:<20} {gain:>21} {:>6} {:>7.1} s{}",
             part.effect,
             part.trials,
             seconds(part),
@@ -163,7 +168,7 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
         .map(|p| {
             json!({
                 "effect": p.effect, "trials": p.trials, "seconds": p.seconds,
-                "misfit_divided_by": p.gain.map(f64::exp), "added": is_in(&fit.lens, p.effect),
+                "misfit_before_over_after": p.gain.map(f64::exp), "added": is_in(&fit.lens, p.effect),
             })
         })
         .collect();

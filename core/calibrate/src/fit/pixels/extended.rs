@@ -173,12 +173,12 @@ impl Split<'_> {
             stage.part(from, done)
         };
         let mut open: Vec<Part> = further_parts().collect();
-        let mut settled: Vec<&str> = Vec::new();
+        let mut begun: Vec<&str> = Vec::new();
         loop {
             let worthy = self.worthy(context, &fit, &mut open, log, next())?;
             let Some(Added { last, lens, gain }) = self.added(context, &fit, worthy, &mut open)
             else {
-                let Some(better) = self.begun_again(context, &fit, &mut settled, log) else {
+                let Some(better) = self.begun_again(context, &fit, &mut begun, log) else {
                     break;
                 };
                 fit = better;
@@ -199,23 +199,23 @@ impl Split<'_> {
     }
 
     /// Returns `fit` with one of its parts fitted again from all its starts, if that describes the tiles better. A part with a parameter at
-    /// the end of its range may have ended in a local minimum before the others were there. Each is begun again once: `settled` holds
+    /// the end of its range may have ended in a local minimum before the others were there. Each is begun again once: `begun` holds
     /// those that were.
     pub(super) fn begun_again(
         &self,
         context: &FitContext,
         fit: &FittedLens,
-        settled: &mut Vec<&'static str>,
+        begun: &mut Vec<&'static str>,
         log: &mut PartLog,
     ) -> Option<FittedLens> {
         let before = all_misfit(context, fit);
         for which in 0..fit.layout.structure.effects.len() {
             let part = Part::of(fit.layout.structure.effects[which]);
             let id = part.effect.id();
-            if !fit.is_at_end_of_range(which) || settled.contains(&id) {
+            if !fit.is_at_end_of_range(which) || begun.contains(&id) {
                 continue;
             }
-            settled.push(id);
+            begun.push(id);
             let rest = fit.without(context, which);
             let held_out = self.misfit(context, fit);
             let Some(tried) = log.timed(part, held_out, || self.trial(context, &rest, part)) else {

@@ -58,14 +58,12 @@ fn the_gradient_is_that_of_the_misfit() {
         0.0,
         &mut SplitMix64::new(4),
     );
-    let sets = std::slice::from_ref(&set);
-    let settings = PupilSettings {
-        support: Support::AllPixels,
-        ..reduced()
-    };
-    let measured = measure(sets, settings.support, &mut Vec::new());
-    let held_out = vec![false; measured.len()];
-    let context = FitContext::new(sets, &settings, set.frame, &measured, held_out);
+    with_context(&set, |context| {
+        gradient_is_that_of_the_misfit(&set, context)
+    });
+}
+
+fn gradient_is_that_of_the_misfit(set: &ObservationSet, context: &FitContext) {
     let layout = context.layout(structure());
     let theta = parameters(&layout);
     let misfit_settings = MisfitSettings {

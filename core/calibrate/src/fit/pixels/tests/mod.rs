@@ -53,6 +53,20 @@ fn planted(random: &mut SplitMix64) -> PupilChannel {
     }
 }
 
+/// Calls `check` with the context of a reduced fit of all tiles of `set`.
+fn with_context(set: &ObservationSet, check: impl FnOnce(&FitContext)) {
+    let sets = std::slice::from_ref(set);
+    let settings = PupilSettings {
+        support: Support::AllPixels,
+        ..reduced()
+    };
+    let measured = measure(sets, settings.support, &mut Vec::new());
+    let held_out = vec![false; measured.len()];
+    check(&FitContext::new(
+        sets, &settings, set.frame, &measured, held_out,
+    ));
+}
+
 /// Observes `places` points at each distance, with a peak signal-to-noise ratio of `snr`.
 fn observed(
     lens: &PupilChannel,
