@@ -2,7 +2,7 @@
 
 use seidel_optics::error::Result;
 use seidel_optics::profile::LensProfile;
-use seidel_render::{CameraPerspective, DepthCheck, DepthFinding, LensDistances};
+use seidel_render::{CameraPerspective, DepthCheck, DepthFinding, DepthProblem, LensDistances};
 
 use crate::placement::PlatePlacement;
 use crate::plate::PlateGeometry;
@@ -46,7 +46,11 @@ impl LensSession {
                 focal_length_m: lens.camera.focal_length_mm.map(|f| 1e-3 * f),
             },
         };
-        check.findings()
+        let mut findings = check.findings()?;
+        if pass.meaning.averaged_px > 0.0 {
+            findings.retain(|found| !matches!(found.problem, DepthProblem::Averaged { .. }));
+        }
+        Ok(findings)
     }
 }
 

@@ -23,10 +23,13 @@
 //! let image = Image::from_interleaved(width, height, 4, &samples)?;
 //! let plate = Plate::new(image).with_depth(Depth::Pass(DepthPass::metres(metres)));
 //! let blurred = apply(&lens, &plate, &Settings::default(), &no_progress)?;
-//! assert_eq!(blurred.to_interleaved().len(), samples.len());
+//! assert_eq!((blurred.width(), blurred.height()), (width, height));
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! An [`Image`] holds scene-linear `f32` samples: a plane of each colour in `colours`, coverage in `alpha`. The result has the size of the plate.
+//! Lens channels are found by their names. `no_progress` stands for a callback that shows progress and can end the work.
 //!
 //! The crate is used from a checkout of Seidel, in the `Cargo.toml` of another program:
 //!

@@ -21,6 +21,11 @@ impl Margins {
         *self == Self::default()
     }
 
+    /// Columns on the left, rows at the top, columns on the right and rows at the bottom.
+    pub(crate) fn sides(&self) -> [usize; 4] {
+        [self.left, self.top, self.right, self.bottom]
+    }
+
     /// Returns `window` with these margins around it.
     pub fn around(&self, window: Rectangle) -> Rectangle {
         Rectangle {

@@ -164,6 +164,8 @@ pub struct DepthMeaning {
     /// Focal length in pixel widths, where distances are measured along the ray from the camera; `None` where they
     /// are measured along the optical axis.
     pub along_ray: Option<f64>,
+    /// Longest edge that is an average of both sides, by a filter or over the motion of a shutter, px, and is divided between them; 0: none.
+    pub averaged_px: f64,
 }
 
 impl DepthMeaning {
@@ -173,6 +175,7 @@ impl DepthMeaning {
             metres_per_unit: 1.0,
         },
         along_ray: None,
+        averaged_px: 0.0,
     };
 }
 

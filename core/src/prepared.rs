@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use seidel_optics::error::{Error, Result};
 use seidel_render::{
-    Background, ChromaticLens, ClampedLens, Holdout, Occlusion, Plane, RenderWindow, Scene,
-    VergencePass,
+    Background, ChromaticLens, ClampedLens, DividedLight, Holdout, Occlusion, Plane, RenderWindow,
+    Scene, VergencePass,
 };
 
 use crate::channel_weights::channel_weights;
@@ -397,10 +397,15 @@ impl PreparedPlate {
             samples,
             weights: &weights,
         }];
-        // The background has no such plane.
+        // Neither the background nor another side has such a plane.
         self.with_rendering(&self.planes, None, |rendering| {
+            let alone = |occlusion| Occlusion {
+                other_sides: None,
+                ..occlusion
+            };
             let rendering = Rendering {
                 planes: &planes,
+                occlusion: rendering.occlusion.map(alone),
                 ..*rendering
             };
             Ok(rendering.render(None, progress)?.planes.swap_remove(0))
@@ -428,7 +433,19 @@ impl PreparedPlate {
                     planes,
                     vergence: vergence.pass(),
                 });
+                let planes = light.weighted(&self.weights);
+                // A mask of the blur changes the vergence of each pixel, not that of its other side.
+                let is_divided = settings.occlusion.is_some() && self.masked_vergence().is_none();
+                let averaged = self.depth.averaged().filter(|_| is_divided);
+                let divided = averaged.map(|averaged| averaged.divide(&planes));
+                let other_planes = divided.as_ref().map(DividedLight::others);
+                let other_planes = other_planes.unwrap_or_default();
+                let other_vergence = averaged.map(|averaged| refocus(averaged.other_vergence()));
+                let other_sides = averaged.zip(other_vergence.as_ref());
+                let other_sides = other_sides
+                    .and_then(|(averaged, of)| averaged.other_sides(&other_planes, of.pass()));
                 let occlusion = settings.occlusion.map(|occlusion| Occlusion {
+                    other_sides,
                     fill_foreground: occlusion.fill_foreground,
                     blur_inside: occlusion.blur_inside,
                     holdout,
@@ -453,7 +470,9 @@ impl PreparedPlate {
                 kernels.begin_render();
                 then(&Rendering {
                     scene: &scene,
-                    planes: &light.weighted(&self.weights),
+                    planes: &divided
+                        .as_ref()
+                        .map_or(planes.clone(), |d| d.own_sides(&planes)),
                     occlusion,
                     edges,
                     renderer: &*settings.quality.renderer(kernels),
@@ -519,8 +538,12 @@ impl PreparedPlate {
 
     /// The vergences to render, before the focus settings change them.
     fn vergence(&self) -> VergencePass<'_> {
-        let masked = self.mask.as_ref().and_then(PreparedMask::vergence);
+        let masked = self.masked_vergence();
         masked.unwrap_or_else(|| self.depth.vergence())
+    }
+
+    fn masked_vergence(&self) -> Option<VergencePass<'_>> {
+        self.mask.as_ref().and_then(PreparedMask::vergence)
     }
 
     pub(crate) fn weights(&self) -> &[Vec<f64>] {

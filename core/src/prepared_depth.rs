@@ -2,7 +2,7 @@
 
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
-use seidel_render::{DepthReading, VergencePass};
+use seidel_render::{AveragedDepth, AveragedQuantity, DepthConvention, DepthReading, VergencePass};
 
 use crate::margins::Margins;
 use crate::plate::{Depth, DepthPass, HoldoutMatte, PlateGeometry};
@@ -17,6 +17,8 @@ const PICK_RADIUS_PX: usize = 3;
 pub struct PreparedDepth {
     source: Depth,
     vergence: PlateVergence,
+    /// Pixels of the pass that were averages, where the plate's meaning asks to divide them.
+    averaged: Option<AveragedDepth>,
 }
 
 #[derive(Debug, Clone)]
@@ -32,6 +34,7 @@ impl PreparedDepth {
     /// A depth pass where the lens was measured at one distance, an unknown distance where its blur depends on it, and
     /// samples that are not depths, by pixel.
     pub fn new(session: &LensSession, geometry: &PlateGeometry, depth: Depth) -> Result<Self> {
+        let mut averaged = None;
         let vergence = match &depth {
             Depth::Distance(distance) => {
                 PlateVergence::Constant(session.predictor().vergence(*distance)?)
@@ -44,11 +47,16 @@ impl PreparedDepth {
                 )
                 .with_kind(ErrorKind::Unsupported));
             }
-            Depth::Pass(pass) => PlateVergence::PerPixel(read(session, geometry, pass)?),
+            Depth::Pass(pass) => {
+                let mut reading = read(session, geometry, pass)?;
+                averaged = repair_averages(&mut reading, session.place(geometry)?.width, pass)?;
+                PlateVergence::PerPixel(reading)
+            }
         };
         Ok(Self {
             source: depth,
             vergence,
+            averaged,
         })
     }
 
@@ -110,7 +118,16 @@ impl PreparedDepth {
                 meaning: pass.meaning,
             }),
         };
-        Self { source, vergence }
+        Self {
+            source,
+            vergence,
+            averaged: (self.averaged.as_ref()).map(|averaged| averaged.padded(margins.sides())),
+        }
+    }
+
+    /// The pixels that were averages of two sides, where they were divided.
+    pub(crate) fn averaged(&self) -> Option<&AveragedDepth> {
+        self.averaged.as_ref()
     }
 
     pub(crate) fn source(&self) -> &Depth {
@@ -173,4 +190,29 @@ fn read(session: &LensSession, geometry: &PlateGeometry, pass: &DepthPass) -> Re
     let placement = session.place(geometry)?;
     let axis = session.axis(&placement);
     pass.read(placement.width, axis, placement.pixel_aspect)
+}
+
+/// Longest edge that may be an average, px: longer ones would be other surfaces.
+const MOST_AVERAGED_PX: f64 = 256.0;
+
+/// Gives the pixels of `pass` that are averages of two sides the vergence of one of them, where its meaning asks for that.
+fn repair_averages(
+    reading: &mut DepthReading,
+    width: usize,
+    pass: &DepthPass,
+) -> Result<Option<AveragedDepth>> {
+    let most_px = pass.meaning.averaged_px;
+    if !(0.0..=MOST_AVERAGED_PX).contains(&most_px) {
+        return Err(Error::new(
+            "width of averaged depth",
+            format!("is {most_px} px"),
+            format!("give 0 to {MOST_AVERAGED_PX} px"),
+        ));
+    }
+    let quantity = match pass.meaning.convention {
+        DepthConvention::Inverse { .. } => AveragedQuantity::Vergence,
+        _ => AveragedQuantity::Distance,
+    };
+    let repair = || AveragedDepth::repair(&mut reading.vergence, width, most_px, quantity);
+    Ok((most_px > 0.0).then(repair).flatten())
 }

@@ -67,7 +67,7 @@ fn remedy(problem: DepthProblem, convention: DepthConvention, width: usize) -> S
             "connect depth that is not premultiplied, anti-aliased or filtered".to_owned()
         }
         DepthProblem::Averaged { .. } => {
-            "connect depth without filter and motion blur; blur motion after the lens".to_owned()
+            "connect depth without filter and motion blur, or set Depth Filter; blur motion after the lens".to_owned()
         }
         DepthProblem::Misplaced { .. } => {
             "connect the depth of this picture: of the same eye, frame and camera, the same way up"

@@ -140,6 +140,7 @@ pub(crate) fn depth_meaning(
     DepthMeaning {
         convention: encoding.convention(),
         along_ray: unless_zero(knobs.number(&depth::RAY_FOCAL) * scale.x),
+        averaged_px: knobs.number(&depth::FILTER) * scale.x,
     }
 }
 

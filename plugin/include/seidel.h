@@ -592,6 +592,11 @@ typedef struct SeidelSettings {
    * of small models.
    */
   double tilt_direction;
+  /**
+   * Width over which depth is averaged at edges, by a filter or by motion over the shutter, plate pixels, up to 256: edges
+   * up to that wide are divided between their two sides. Default 0: none.
+   */
+  double depth_filter;
 } SeidelSettings;
 
 /**

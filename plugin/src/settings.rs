@@ -177,6 +177,9 @@ pub struct SeidelSettings {
     pub mask_scales: u32,
     pub tilt: f64,
     pub tilt_direction: f64,
+    /// Width over which depth is averaged at edges, by a filter or by motion over the shutter, plate pixels, up to 256: edges
+    /// up to that wide are divided between their two sides. Default 0: none.
+    pub depth_filter: f64,
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
@@ -535,6 +538,7 @@ impl Settings {
         DepthMeaning {
             convention,
             along_ray: unless_nan(raw.along_ray),
+            averaged_px: raw.depth_filter,
         }
     }
 }

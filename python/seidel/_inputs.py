@@ -26,6 +26,9 @@ class DepthPass:
     """Farthest distance of a scaled depth, metres."""
     along_ray: float | None = None
     """Focal length in pixel widths, if distances are measured along the ray from the camera."""
+    filter_px: float = 0.0
+    """Width over which the depth is averaged at edges, by a filter or by motion over the shutter, pixels, up to 256: edges up to
+    that wide are divided between their two sides."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ struct PassArgs<'py> {
     near: Option<f64>,
     far: Option<f64>,
     along_ray: Option<f64>,
+    filter_px: f64,
 }
 
 impl PassArgs<'_> {
@@ -51,6 +52,7 @@ impl PassArgs<'_> {
         Ok(DepthMeaning {
             convention,
             along_ray: self.along_ray,
+            averaged_px: self.filter_px,
         })
     }
 }

@@ -1,8 +1,8 @@
 //! A renderer for which the plate goes on beyond its edges with the depth and the blur of its edge pixels.
 
 use crate::{
-    Background, ClampedLens, Edges, Holdout, LayeredRenderer, Occlusion, Plane, RenderStatistics,
-    RenderWindow, Rendered, Renderer, Scene, VergencePass,
+    Background, ClampedLens, Edges, Holdout, LayeredRenderer, Occlusion, OtherSides, Plane,
+    RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass,
 };
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -98,6 +98,7 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
         };
         let mattes = PaddedMattes::new(&margin, &settings);
         let background_planes: Vec<&[f32]> = mattes.background.iter().map(Vec::as_slice).collect();
+        let side_planes: Vec<&[f32]> = mattes.sides.iter().map(Vec::as_slice).collect();
         let own = settings.own.unwrap_or(RenderWindow::whole(scene));
         let layered = LayeredRenderer {
             inner: self.inner,
@@ -106,7 +107,7 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
                     LightBeyond::Nearest => None,
                     LightBeyond::Black => margin.part_of(own).map(|(own, _)| own),
                 },
-                ..mattes.occlusion(&settings, &background_planes)
+                ..mattes.occlusion(&settings, &background_planes, &side_planes)
             },
         };
         let mut rendered = layered.render_window(&padded, &planes, part, progress)?;
@@ -118,12 +119,15 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
     }
 }
 
-/// The planes of a holdout and a background with their margin; empty where there are none.
+/// The planes of a holdout, a background and other sides with their margin; empty where there are none.
 struct PaddedMattes {
     matte: Vec<f32>,
     matte_vergence: Vec<f32>,
     background: Vec<Vec<f32>>,
     background_vergence: Vec<f32>,
+    sides: Vec<Vec<f32>>,
+    side_share: Vec<f32>,
+    side_vergence: Vec<f32>,
 }
 
 impl PaddedMattes {
@@ -135,19 +139,29 @@ impl PaddedMattes {
         };
         let background = settings.background.map(|background| background.planes);
         let planes = background.unwrap_or_default().iter();
+        let sides = settings.other_sides;
+        let of_sides = |samples: fn(OtherSides) -> &[f32]| {
+            sides.map_or_else(Vec::new, |sides| margin.padded(samples(sides), same))
+        };
         Self {
             matte: (settings.holdout).map_or_else(Vec::new, |h| margin.padded(h.matte, same)),
             matte_vergence: pass(settings.holdout.and_then(|holdout| holdout.vergence)),
             background: planes.map(|plane| margin.padded(plane, same)).collect(),
             background_vergence: pass(settings.background.map(|b| b.vergence)),
+            sides: (sides.map_or(&[][..], |sides| sides.planes).iter())
+                .map(|plane| margin.padded(plane, same))
+                .collect(),
+            side_share: of_sides(|sides| sides.share),
+            side_vergence: of_sides(|sides| sides.vergence),
         }
     }
 
-    /// Returns `settings` with these planes; `background` are those of the background.
+    /// Returns `settings` with these planes; `background` are those of the background, `sides` those of other sides.
     fn occlusion<'a>(
         &'a self,
         settings: &Occlusion<'a>,
         background: &'a [&'a [f32]],
+        sides: &'a [&'a [f32]],
     ) -> Occlusion<'a> {
         let pass = |own: VergencePass<'a>, padded: &'a [f32]| match own {
             VergencePass::PerPixel(_) => VergencePass::PerPixel(padded),
@@ -161,6 +175,11 @@ impl PaddedMattes {
             background: settings.background.map(|own| Background {
                 planes: background,
                 vergence: pass(own.vergence, &self.background_vergence),
+            }),
+            other_sides: settings.other_sides.map(|_| OtherSides {
+                planes: sides,
+                share: &self.side_share,
+                vergence: &self.side_vergence,
             }),
             ..*settings
         }

@@ -55,9 +55,9 @@ pub use bloom::Bloom;
 pub use chromatic_lens::ChromaticLens;
 pub use clamped_lens::ClampedLens;
 pub use depth::{
-    CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthPlace, DepthProblem,
-    DepthReading, FocusControls, FocusRange, FocusRemap, LensDistances, MAX_MULTIPLIER,
-    PlateExtent, Severity, focus_vergence,
+    AveragedDepth, AveragedQuantity, CameraPerspective, DepthCheck, DepthConvention, DepthFinding,
+    DepthPlace, DepthProblem, DepthReading, DividedLight, FocusControls, FocusRange, FocusRemap,
+    LensDistances, MAX_MULTIPLIER, PlateExtent, Severity, focus_vergence,
 };
 pub use edge_replication::{EdgeReplicatingRenderer, LightBeyond};
 pub use gather::{Gather, KernelStore, LayerContext, Operator, Quality};
@@ -65,7 +65,7 @@ pub use mirroring::MirroringRenderer;
 pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};
 pub use occlusion::{
     Background, BlurMap, DepthSlice, FocusSide, HIDDEN_REACH_PX, Holdout, LayeredRenderer,
-    Occlusion,
+    Occlusion, OtherSides,
 };
 pub(crate) use occlusion::{DepthLayers, LayerSpacing, snapped};
 pub use plate_map::PlateMap;

@@ -146,6 +146,18 @@ pub(crate) static RAY_FOCAL: Knob = Knob {
     },
 };
 
+pub(crate) static FILTER: Knob = Knob {
+    name: c"depthFilter",
+    label: c"Depth Filter (px)",
+    hint: c"For depth that is averaged at edges, by a filter or by motion over the shutter: its width in pixels at full resolution. Edges up to that wide are divided between their two sides. 0: depth has one sample a pixel.",
+    kind: Kind::Number {
+        default: 0.0,
+        range: (0.0, 256.0),
+        slider: (0.0, 64.0),
+        digits: 1,
+    },
+};
+
 pub(crate) static GROUP: Group = Group {
     name: c"depthGroup",
     label: c"Depth",
@@ -160,6 +172,7 @@ pub(crate) static GROUP: Group = Group {
         Own::first(&FAR),
         Own::first(&DISTANCE),
         Own::first(&RAY_FOCAL),
+        Own::first(&FILTER),
     ],
     table: Rows::None,
 };

@@ -245,6 +245,7 @@ fn every_setting_changes_the_result() {
             (s.depth_near, s.depth_far) = (1.0, 9.0);
         }),
         ("along_ray", &|s, _| s.along_ray = 60.0),
+        ("depth_filter", &|s, _| s.depth_filter = 12.0),
         ("matte", &|_, p| p.matte = &matte_input),
         ("matte_depth", &|_, p| {
             p.matte = &matte_input;

@@ -179,9 +179,10 @@ pub(super) fn finish(
     let mut set = measured.observations(axis)?;
     let blocks = measured.left_out();
     let mut left_out = left_out::entries(&blocks, &measured.photographs);
-    if let Some(path) = &common.also {
-        output::append(&mut set, &mut left_out, path)?;
-    }
+    let added = match &common.also {
+        Some(path) => output::append(&mut set, &mut left_out, path)?,
+        None => 0,
+    };
     let (about_photographs, refusal) =
         match faults::settle_concerns(&measured.concerns(), insistence) {
             Ok(remarks) => (remarks, None),
@@ -191,6 +192,7 @@ pub(super) fn finish(
         (Some(_), None) => Some(fitted::fit_lens(
             common,
             &mut set,
+            added,
             PixelNoise::Stated,
             console,
         )?),

@@ -1,5 +1,6 @@
 //! The lens fitted to a measured set.
 
+use seidel_calibrate::diagnose::{MistakeInSet, mistakes_between};
 use seidel_calibrate::fit::{self, coverage};
 use seidel_calibrate::score::pixel_residuals;
 use seidel_core::{
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 use super::camera;
 use super::common::CommonArgs;
 use crate::Console;
-use crate::commands::{CommandError, short_name};
+use crate::commands::{CommandError, mistake_note, short_name};
 
 /// Electrons at the clipping level of a typical sensor, from which a first fit takes its weights.
 const TYPICAL_FULL_WELL: f64 = 30_000.0;
@@ -33,9 +34,13 @@ pub(super) enum PixelNoise {
 /// Fits a lens to `set` in two steps. The first selects the model and holds a fifth of the lights out, for the score; where the set
 /// states no gain, its residuals give one by photon transfer. The second fits that model to all lights, with the gain as the weight of
 /// pixels. The gain is not kept, because the residuals hold errors of the model as well as noise.
+///
+/// The first `added` observations are those of the set that the measured ones were added to. Where the lens does not describe all, a mistake in the
+/// books of either is looked for.
 pub(super) fn fit_lens(
     args: &CommonArgs,
     set: &mut ObservationSet,
+    added: usize,
     noise: PixelNoise,
     console: &Console,
 ) -> Result<Fit, CommandError> {
@@ -85,6 +90,16 @@ pub(super) fn fit_lens(
         let warnings = fit.warnings_mut();
         warnings.retain(|warning| !warning.contains(coverage::ONE_DISTANCE));
         warnings.push(remark);
+    }
+    if let Some(path) = &args.also {
+        let [mut other, mut own] = [set.clone(), set.clone()];
+        other.observations.truncate(added);
+        own.observations.drain(..added);
+        for MistakeInSet { set, found } in mistakes_between(&[other, own], fit.lens()) {
+            let of = [path, &args.out][set].display();
+            let text = mistake_note(&found);
+            fit.warnings_mut().push(format!("{of}: {text}"));
+        }
     }
     Ok(fit)
 }

@@ -102,14 +102,14 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     let mut left_out = left_out::entries(&measured.left_out, &measured.photographs);
     let appended = match &common.also {
         Some(path) => output::append(&mut set, &mut left_out, path),
-        None => Ok(()),
+        None => Ok(0),
     };
     let noise = PixelNoise::Photons {
         white: f64::from(measured.photographs[0].white),
     };
     let fitted = match (appended, &common.fit) {
-        (Ok(()), Some(_)) => fitted::fit_lens(common, &mut set, noise, console).map(Some),
-        (appended, _) => appended.map(|()| None),
+        (Ok(added), Some(_)) => fitted::fit_lens(common, &mut set, added, noise, console).map(Some),
+        (appended, _) => appended.map(|_| None),
     };
     // Whatever ends the run here, the lights that were measured are written.
     let (mut fit, failure) = match fitted {

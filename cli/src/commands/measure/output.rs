@@ -88,7 +88,7 @@ pub(super) fn append(
     set: &mut ObservationSet,
     left_out: &mut Vec<Value>,
     path: &Path,
-) -> Result<(), CommandError> {
+) -> Result<usize, CommandError> {
     let mut other = manifest::read(path, ReadOptions::default())?.set;
     set.check_frame(other.frame)
         .map_err(|error| FileError::from_core(path, error))?;
@@ -118,6 +118,7 @@ pub(super) fn append(
     for (index, observation) in set.observations.iter_mut().enumerate() {
         observation.file = file(first + number(&observation.file).unwrap_or(index));
     }
+    let added = other.observations.len();
     other.observations.append(&mut set.observations);
     if set.axis_stated {
         (other.frame, other.axis_stated) = (set.frame, true);
@@ -131,5 +132,5 @@ pub(super) fn append(
     let mut all = left_out::of_set(folder)?;
     all.append(left_out);
     *left_out = all;
-    Ok(())
+    Ok(added)
 }

@@ -48,6 +48,12 @@ pub(crate) struct DepthArgs {
     /// The focal length is half the width of the plate over the tangent of half the horizontal field of view.
     #[arg(long, value_name = "FOCAL_PX", conflicts_with = "distance")]
     along_ray: Option<f64>,
+    /// Width over which the depth pass is averaged at edges, by a filter or by motion over the shutter, pixels of the plate:
+    /// edges up to that wide are divided between their two sides
+    ///
+    /// The check of depth names the width. Depth of one sample a pixel needs no such repair and is nearer to the truth.
+    #[arg(long, value_name = "PX", conflicts_with = "distance")]
+    depth_filter: Option<f64>,
     /// Skip the check of the first depth pass for signs of another --depth-kind or --depth-unit
     #[arg(long)]
     pub(super) no_depth_check: bool,
@@ -94,6 +100,7 @@ impl DepthArgs {
         Ok(DepthMeaning {
             convention,
             along_ray: self.along_ray,
+            averaged_px: self.depth_filter.unwrap_or(0.0),
         })
     }
 
@@ -117,6 +124,7 @@ impl DepthArgs {
             setting("depth", depth),
             setting("depth-kind and unit", convention_words(meaning.convention)),
             setting("along-ray", along_ray),
+            setting("depth-filter", meaning.averaged_px),
         ]
     }
 

@@ -1,10 +1,12 @@
 //! Depth passes: conventions, a plausibility check, and focus controls.
 
+mod averaged;
 mod check;
 mod convention;
 mod focus_plane;
 mod focus_range;
 
+pub use averaged::{AveragedDepth, AveragedQuantity, DividedLight};
 pub(crate) use check::distance_span;
 pub use check::{
     CameraPerspective, DepthCheck, DepthFinding, DepthPlace, DepthProblem, LensDistances, Severity,

@@ -426,7 +426,7 @@ impl CoverageEstimate {
 /// The light of either side, each part over its share, is at least the least of `light`, `far`, `near` and black, and at most
 /// [`BRIGHTER`] times the brightest of them, and `limit`. The mean of a side that holds a lamp says nothing about its other pixels, and
 /// without bounds their residual would be a large negative light.
-fn far_part(light: f32, a: f32, [far, near]: [f32; 2], limit: f32) -> f32 {
+pub(crate) fn far_part(light: f32, a: f32, [far, near]: [f32; 2], limit: f32) -> f32 {
     let least = light.min(far).min(near).min(0.0);
     let most = (BRIGHTER * light.max(far).max(near)).min(limit);
     let rest = light - a * near - (1.0 - a) * far;

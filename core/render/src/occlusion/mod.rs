@@ -23,6 +23,7 @@ mod layer_stack;
 mod layer_waves;
 mod layered_plate;
 mod mixed_pixels;
+mod other_sides;
 mod small_lights;
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,8 @@ pub use blur_map::{BlurMap, DepthSlice, FocusSide};
 pub(crate) use depth_edges::snapped;
 pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 pub use disocclusion::HIDDEN_REACH_PX;
+pub(crate) use mixed_pixels::far_part;
+pub use other_sides::OtherSides;
 
 use crate::{
     Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass, cancelled,
@@ -69,6 +72,8 @@ pub struct Occlusion<'a> {
     pub holdout: Option<Holdout<'a>>,
     /// The background: shown where the foreground is taken away. It replaces the fill of uncovered areas.
     pub background: Option<Background<'a>>,
+    /// Pixels whose light is divided between two sides already.
+    pub other_sides: Option<OtherSides<'a>>,
     /// The plate without the black margin about it, whose pixels have the depth of the nearest one; `None` if it has no such margin.
     pub own: Option<RenderWindow>,
     /// Number of planes that hold light. Those after them hold coverage, in which a bright pixel is no light; `None` if all hold light.
@@ -82,6 +87,7 @@ impl Default for Occlusion<'_> {
             blur_inside: true,
             holdout: None,
             background: None,
+            other_sides: None,
             own: None,
             light_planes: None,
         }
@@ -141,6 +147,9 @@ impl Occlusion<'_> {
     pub(crate) fn check(&self, scene: &Scene, planes: usize) -> Result<()> {
         if let Some(background) = self.background {
             background.check(scene, planes)?;
+        }
+        if let Some(sides) = self.other_sides {
+            sides.check(scene)?;
         }
         let Some(holdout) = self.holdout else {
             return Ok(());
@@ -282,14 +291,19 @@ impl LayeredRenderer<'_> {
         let hidden = self.hidden_samples(&input, &layers, &|| progress(0.0));
         let hidden = hidden.ok_or_else(cancelled)?;
         let held = (!self.settings.blur_inside).then(|| presence_of(&hidden, scene.width));
+        let divided = self.settings.other_sides.as_ref();
+        let divided = divided.map(|sides| sides.samples(&input, &layers));
+        let is_filled = self.settings.fill_foreground || self.settings.background.is_some();
+        let extra: Vec<&[ExtraSamples]> = [Some(&corrections), divided.as_ref()]
+            .into_iter()
+            .chain([is_filled.then_some(&hidden)])
+            .flatten()
+            .map(Vec::as_slice)
+            .collect();
         let source = LayerSource {
             planes,
             coordinates: &coordinates,
-            extra: if self.settings.fill_foreground || self.settings.background.is_some() {
-                &[&corrections, &hidden]
-            } else {
-                &[&corrections]
-            },
+            extra: &extra,
             width: scene.width,
         };
         let mattes = SharpMattes {

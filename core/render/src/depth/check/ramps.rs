@@ -65,8 +65,10 @@ pub(super) fn averaged(check: &DepthCheck) -> Option<DepthFinding> {
                 width_px: *width_px,
             },
             severity: Severity::Warning,
-            remedy: "render depth without a filter and without motion blur, one sample a pixel; blur motion after the lens"
-                .to_owned(),
+            remedy: format!(
+                "render depth without a filter and without motion blur, one sample a pixel, or state the width of the filter, about {} px",
+                *width_px + 1
+            ),
         }
     })
 }

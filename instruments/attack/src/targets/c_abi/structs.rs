@@ -223,6 +223,7 @@ fn change_setting(s: &mut SeidelSettings, rng: &mut Rng) {
         &mut s.depth_near,
         &mut s.depth_far,
         &mut s.along_ray,
+        &mut s.depth_filter,
         &mut s.noise[0],
     ];
     let choices = [
