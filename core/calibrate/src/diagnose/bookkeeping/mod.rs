@@ -50,6 +50,10 @@ const MAX_LEFT: f64 = 0.4;
 const SUSPECTED: f64 = 0.6;
 /// PSFs that are compared with each prediction.
 const SAMPLE: usize = 16;
+/// One of so many of them is compared first.
+const FIRST_STRIDE: usize = 4;
+/// Largest ratio of the gap that a mistake leaves of those to their gap, above which the others are not compared: the right one falls in all.
+const HOPELESS: f64 = 1.05;
 
 /// A mistake in the books of a set, and the set without it.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -135,7 +139,7 @@ impl<'a> Comparison<'a> {
         gap(self.lens, self.channels, set).ok()
     }
 
-    /// Returns every mistake with the gap that it leaves, the commoner of similar ones first.
+    /// Returns the mistakes with the gap that each leaves, the commoner of similar ones first, without those that make it much larger.
     fn tried(&self) -> Result<Vec<(f64, Mistake)>> {
         let nothing = Hypothesis::nothing(self.channels.len());
         let tiles = placed_tiles(self.lens, self.channels, &self.sample)?;
@@ -145,8 +149,12 @@ impl<'a> Comparison<'a> {
         if Predictor::new(self.lens)?.depends_on_depth() {
             all.extend(mistakes::of_distances(&self.sample));
         }
+        let first = self.gap(&first_of(&self.sample)).unwrap_or(f64::INFINITY);
         let tried = all.into_iter().filter_map(|mistake| {
             let corrected = mistake.correct(&self.sample)?;
+            if self.gap(&first_of(&corrected)).unwrap_or(0.0) > (HOPELESS * first).max(MIN_GAP) {
+                return None;
+            }
             Some((self.gap(&corrected)?, mistake))
         });
         Ok(tried.collect())
@@ -313,6 +321,19 @@ fn sample(set: &ObservationSet) -> ObservationSet {
     }
     ObservationSet {
         observations: chosen,
+        ..set.clone()
+    }
+}
+
+/// Returns `set` with some of its observations.
+fn first_of(set: &ObservationSet) -> ObservationSet {
+    ObservationSet {
+        observations: set
+            .observations
+            .iter()
+            .step_by(FIRST_STRIDE)
+            .cloned()
+            .collect(),
         ..set.clone()
     }
 }
