@@ -97,7 +97,7 @@ fn numbers(of: &Value, keys: &[&str]) {
 
 #[test]
 fn self_test() {
-    let test = run(&plan(6, 5881, None));
+    let test = run(&plan(6, 60815, None));
     assert_eq!(test.cases.len(), 6);
     // One effect four times, two effects, an unknown cause.
     let outcomes: Vec<String> = test
